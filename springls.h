@@ -1720,8 +1720,8 @@ typedef struct springls_mesh {
     float *positions;       /* 3 a vertex, world                                                                    */
     float *normals;         /* 3 a vertex, unit, outward                                                            */
     float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
-    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: that does not face away from the
-                               vertex), -1 when none is within a voxel                                              */
+    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: of the one that shows most there),
+                               -1 when none is within a voxel                                                       */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
     uint64_t version;       /* of the springls that it shows: springls_mesh_errors refuses it when they have changed; 0, as of a
@@ -5866,14 +5866,19 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 enum {
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
-    SPRINGLS__SURFACE_NORMAL,
-    SPRINGLS__SURFACE_CREASED,
+    SPRINGLS__SURFACE_SURFEL,
+    SPRINGLS__SURFACE_FIRST_FOUND,
+    SPRINGLS__SURFACE_FOUND,
     SPRINGLS__SURFACE_HIT,
     SPRINGLS__SURFACE_CROSSING,
     SPRINGLS__SURFACE_ARC,
     SPRINGLS__SURFACE_INNER,
     SPRINGLS__SURFACE_TRIANGLE,
     SPRINGLS__SURFACE_RANK,
+    SPRINGLS__SURFACE_MESH_POSITION,
+    SPRINGLS__SURFACE_MESH_NORMAL,
+    SPRINGLS__SURFACE_MESH_SPRINGL,
+    SPRINGLS__SURFACE_MESH_CORNER,
     SPRINGLS__SURFACE_BUFFERS
 };
 
@@ -6100,9 +6105,12 @@ struct springls_context {
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
-    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* working memory of surface_table.h               */
+    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
+    uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
+    int surface_vertices, surface_triangles;
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
+    uint64_t model_version; /* counts what may have changed springls or the level set                            */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];
@@ -6291,6 +6299,7 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
 }
 
 /* Returns how many elements of an array are in use. */
@@ -12890,6 +12899,7 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
 SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->springls_version++;
+    ctx->model_version++;
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
@@ -25413,11 +25423,13 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
    sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.
 
    The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.
-   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. */
+   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. Hits and crossings are stored by rows of eight edges
+   along their axis, arcs by rows of eight faces along x. */
 
 /* Lengths in voxels and costs, found by experiment. */
 #define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */
 #define SPRINGLS__LARGEST_HIT_RADIUS 2.5f
+#define SPRINGLS__HIT_SHARE 0.65f       /* of the squared radius: hits beyond it weigh less than .015, and are left out           */
 #define SPRINGLS__TRIM_RADIUS 1.6f
 #define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */
 #define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */
@@ -25425,6 +25437,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
 #define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */
 #define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */
 #define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */
+#define SPRINGLS__EDGE_MARGIN 0.15f     /* what hits beyond its ends an edge takes                                        */
 #define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */
 #define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)
 #define SPRINGLS__TRIM_GROUPS 6
@@ -25434,8 +25447,14 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
 #define SPRINGLS__EDGE_HITS 96
 #define SPRINGLS__EDGE_CROSSINGS 6
 
+/* A springl as a point with a normal. home: the brick of the table that it is in, -1: none; creased: 1 beside springls that cut it off. */
+typedef struct springls__surfel { springls__v3 p, n; int home, creased; } springls__surfel;
+
 /* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */
 typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;
+
+/* A hit on a row: that is 192 times its brick, and the row there. */
+typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
 
 /* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
    enters. springl: the one that counts most; -1: none. */
@@ -25445,23 +25464,28 @@ typedef struct springls__crossing { springls__v3 x, n; int side, springl; } spri
    corners; `rim` is the normal between two. */
 typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;
 
-/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. edge_end, face_end: [3 * node + axis], crossings and arcs up
-   to there. */
+/* What a brick has in rows. */
+#define SPRINGLS__OF_HITS 0
+#define SPRINGLS__OF_CROSSINGS 1
+#define SPRINGLS__OF_ARCS 2
+#define SPRINGLS__TABLE_ROWS 192
+
+/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
+   8 row + place along the axis; its faces by 512 axis + node. */
 typedef struct springls__surface_brick {
-    int origin[3], around[27];
-    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */
-    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */
-    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1
-                                                     where springls come; quiet: 1 where there are no hits around, either */
-    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */
-    int edge_end[1536], face_end[1536];
-    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */
+    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
+    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
+    int first_triangle, first_inner;    /* in the arrays of the contour */
+    int triangles, inner, links;
+    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
+    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
+    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
 } springls__surface_brick;
 
 typedef struct springls__contour {
     SPRINGLS__GLOBAL springls__surface_brick *brick;
-    SPRINGLS__GLOBAL const springls__v3 *normal;     /* of springls                                */
-    SPRINGLS__GLOBAL const uint8_t *creased;         /* of a springl: 1 beside others it is cut off by */
+    SPRINGLS__GLOBAL const springls__surfel *surfel; /* of springls                                */
     SPRINGLS__GLOBAL springls__hit *hit;
     SPRINGLS__GLOBAL springls__crossing *crossing;
     SPRINGLS__GLOBAL springls__arc *arc;
@@ -25528,6 +25552,12 @@ SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surfac
     return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
 }
 
+/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */
+SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
+{
+    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];
+}
+
 /* Returns the node (u, v) beside axis, at x along it. */
 SPRINGLS__INNER int springls__line_node(int axis, int x, int line)
 {
@@ -25547,37 +25577,75 @@ typedef struct springls__trims {
 } springls__trims;
 
 /* Returns whether springl `other` lies across a crease from springl i. */
-SPRINGLS__INNER bool springls__across_crease(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i,
-                                             int other)
+SPRINGLS__INNER bool springls__across_crease(SPRINGLS__GLOBAL const springls__surfel *surfel, int i, int other)
 {
-    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(normal[i], normal[other]);
+    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(surfel[i].n, surfel[other].n);
     if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;
-    return springls__length2(springls__sub(model->set.s[other].p, model->set.s[i].p)) <= r * r;
+    return springls__length2(springls__sub(surfel[other].p, surfel[i].p)) <= r * r;
 }
 
 /* Returns whether any springl lies across a crease from springl i. */
-SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i)
+SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel, int i)
 {
-    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, SPRINGLS__TRIM_RADIUS);
+    springls__cell_walk walk = springls__cell_walk_near(model, surfel[i].p, SPRINGLS__TRIM_RADIUS);
     int other;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__across_crease(model, normal, i, other)) return true;
+        if (springls__across_crease(surfel, i, other)) return true;
     return false;
+}
+
+/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
+   ones, are within half the angle of a crease of one. */
+SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
+                                           springls__v3 lower, springls__v3 upper)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    const int first = springls__cell_walk_next(model, &walk);
+    int other;
+    while (first >= 0 && (other = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(surfel[first].n, surfel[other].n)) < least) return true;
+    return false;
+}
+
+/* Finds which springls of a brick of the grid are creased, by its eighths. */
+SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);
+    const float half = 4.0f;
+    int o[3], eighth, row, k;
+    uint32_t at;
+    springls__slot_origin(&model->grid, slot, o);
+    for (eighth = 0; eighth < 8; eighth++) {
+        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;
+        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));
+        const springls__v3 upper = springls__v3_make(lower.x + half, lower.y + half, lower.z + half);
+        int creased = -1; /* not known yet */
+        for (row = 0; row < 4; row++) {
+            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));
+            for (at = cell[first]; at < cell[first + 2]; at++) {
+                k = (int)model->cells.ids[at];
+                if (creased < 0) creased = springls__has_creases(model, surfel, lower, upper);
+                surfel[k].creased = creased && springls__is_creased(model, surfel, k);
+            }
+        }
+    }
 }
 
 /* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
 SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
                                              springls__trims *trims)
 {
-    const springls__v3 p = model->set.s[i].p, n = contour->normal[i];
+    const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n;
     springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
     int other, g;
     trims->count = trims->groups = 0;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {
         springls__trim *trim = &trims->list[trims->count];
-        springls__v3 d, m = contour->normal[other];
-        if (!springls__across_crease(model, contour->normal, i, other)) continue;
-        trim->p = model->set.s[other].p;
+        springls__v3 d, m = contour->surfel[other].n;
+        if (!springls__across_crease(contour->surfel, i, other)) continue;
+        trim->p = contour->surfel[other].p;
         d = springls__sub(trim->p, p);
         trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);
         for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;
@@ -25613,11 +25681,10 @@ SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls
 
 /* ---- hits ---- */
 
-/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of a brick lie under it. */
+/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of the grid lie under it. */
 typedef struct springls__disc {
-    springls__v3 p;
     float radius2, slope_b, slope_c, pb, pc, pa;
-    int axis, lo[2], hi[2];
+    int lo[2], hi[2];
 } springls__disc;
 
 SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
@@ -25625,31 +25692,27 @@ SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
     return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);
 }
 
-/* Finds the disc of a springl for the lines of a brick along an axis; false: no line meets it. */
-SPRINGLS__MATHS bool springls__disc_of(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i,
-                                       springls__v3 n, int axis, springls__disc *disc)
+/* Finds the disc of a springl for the lines along an axis; false: no line meets it. */
+SPRINGLS__MATHS bool springls__disc_of(const springls__grid *g, springls__v3 p, springls__v3 n, float radius, int axis,
+                                       springls__disc *disc)
 {
-    const int other[2] = { springls__axis_after(axis), springls__axis_after(springls__axis_after(axis)) };
-    const float na = springls__along(n, axis), r = springls__hit_radius(model->set.s[i].bounding_radius);
-    int k;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float na = springls__along(n, axis), nb = springls__along(n, b), nc = springls__along(n, c);
+    const float r = radius * springls__sqrt(SPRINGLS__HIT_SHARE);
+    float reach;
     if (springls__fabs(na) < 0.03f) return false;
-    disc->p = model->set.s[i].p;
-    disc->axis = axis;
-    disc->radius2 = r * r;
-    disc->pa = springls__along(disc->p, axis);
-    disc->pb = springls__along(disc->p, other[0]);
-    disc->pc = springls__along(disc->p, other[1]);
-    disc->slope_b = -springls__along(n, other[0]) / na;
-    disc->slope_c = -springls__along(n, other[1]) / na;
-    for (k = 0; k < 2; k++) {
-        const float nk = springls__along(n, other[k]), at = springls__along(disc->p, other[k]);
-        const float reach = r * springls__sqrt(springls__max(1.0f - nk * nk, 0.0f));
-        const float first = (float)springls__imax(brick->origin[other[k]], 0);
-        const float last = (float)(springls__imin(brick->origin[other[k]] + 8, model->grid.size[other[k]]) - 1);
-        if (at + reach < first || at - reach > last) return false;
-        disc->lo[k] = -(int)springls__floor(-springls__max(at - reach, first));
-        disc->hi[k] = (int)springls__floor(springls__min(at + reach, last));
-    }
+    disc->radius2 = radius * radius;
+    disc->pa = springls__along(p, axis);
+    disc->pb = springls__along(p, b);
+    disc->pc = springls__along(p, c);
+    disc->slope_b = -nb / na;
+    disc->slope_c = -nc / na;
+    reach = r * springls__sqrt(springls__max(1.0f - nb * nb, 0.0f));
+    disc->lo[0] = -(int)springls__floor(-springls__max(disc->pb - reach, 0.0f));
+    disc->hi[0] = (int)springls__floor(springls__clamp(disc->pb + reach, -1.0f, (float)(g->size[b] - 1)));
+    reach = r * springls__sqrt(springls__max(1.0f - nc * nc, 0.0f));
+    disc->lo[1] = -(int)springls__floor(-springls__max(disc->pc - reach, 0.0f));
+    disc->hi[1] = (int)springls__floor(springls__clamp(disc->pc + reach, -1.0f, (float)(g->size[c] - 1)));
     return true;
 }
 
@@ -25658,133 +25721,133 @@ SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int
 {
     const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;
     const float d2 = da * da + db * db + dc * dc;
-    if (d2 >= disc->radius2) return false;
+    if (d2 >= SPRINGLS__HIT_SHARE * disc->radius2) return false;
     hit->t = disc->pa + da;
     hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);
     return true;
 }
 
-/* Puts a hit into its line, in order. */
-SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line,
-                                       springls__hit hit)
+/* Returns the row of the brick that a hit lies in, given the brick of its springl; -1: the table has none. */
+SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surface_brick *home, int axis, float t, int u, int v)
 {
-    SPRINGLS__GLOBAL springls__hit *all = contour->hit + brick->first_hit;
-    uint32_t at = brick->line_end[line]++;
-    for (; at > brick->line_begin[line] && all[at - 1].t > hit.t; at--) all[at] = all[at - 1];
-    all[at] = hit;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    int at[3], node, brick;
+    at[axis] = (int)springls__floor(t) - home->origin[axis];
+    at[b] = u - home->origin[b];
+    at[c] = v - home->origin[c];
+    brick = springls__table_node(home, at, &node);
+    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
 }
 
-/* Marks the nodes at both ends of the edge that has a hit, `at` nodes along a line of a brick. */
-SPRINGLS__INNER void springls__mark_beside_hit(SPRINGLS__GLOBAL springls__surface_brick *brick, int line, int at)
+/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
+   the trimmed ones are counted too. */
+SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
+                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
-    int end;
-    for (end = at + 1; at <= end; at++)
-        if (at >= 0 && at < 8) {
-            const int node = springls__line_node(line >> 6, at, line & 63);
-            brick->beside_hits[node >> 5] |= 1u << (node & 31);
-        }
-}
-
-/* Finds the hits of springl i on the lines of a brick along an axis: counts them in line_end, or stores them. */
-SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const springls__contour *contour, int b, int i, int axis,
-                                            const springls__trims *trims, bool store)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const springls__v3 n = contour->normal[i];
-    const int beside = springls__axis_after(axis), across = springls__axis_after(beside);
-    const float first = (float)springls__imax(brick->origin[axis] - 1, 0);
-    const float own = (float)springls__imax(brick->origin[axis], 0);
-    const float last = (float)springls__imin(brick->origin[axis] + 8, model->grid.size[axis] - 1);
+    const springls__surfel s = contour->surfel[i];
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float last = (float)(model->grid.size[axis] - 1);
     springls__disc disc;
-    int u, v;
-    if (!springls__disc_of(model, brick, i, n, axis, &disc)) return;
+    int u, v, n = 0;
+    if (!springls__disc_of(&model->grid, s.p, s.n, springls__hit_radius(model->set.s[i].bounding_radius), axis, &disc)) return 0;
     for (v = disc.lo[1]; v <= disc.hi[1]; v++)
         for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
-            const int line = 64 * axis + (u & 7) + 8 * (v & 7);
-            springls__hit hit;
-            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;
-            brick->hit = 1;
-            if (!store) {
-                brick->line_end[line] += hit.t >= own;
-                continue;
+            springls__row_hit found;
+            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
+            if (out) {
+                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
+                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
+                if (trims->count && springls__is_trimmed(trims, x)) continue;
+                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
+                if (found.row < 0) continue;
+                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
+                out[n] = found;
             }
-            if (trims->count) {
-                springls__v3 x = springls__with_along(springls__zero3(), axis, hit.t);
-                x = springls__with_along(springls__with_along(x, beside, (float)u), across, (float)v);
-                if (springls__is_trimmed(trims, x)) continue;
-            }
-            springls__mark_beside_hit(brick, line, (int)springls__floor(hit.t) - brick->origin[axis]);
-            hit.springl = springls__along(n, axis) > 0.0f ? i : ~i;
-            if (hit.t >= own) springls__put_hit(contour, brick, line, hit);
+            n++;
         }
+    return n;
 }
 
-/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */
-SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)
+/* Finds the hits of springl i: see springls__disc_hits. */
+SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const springls__contour *contour, int i,
+                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
-    const springls__v3 p = model->set.s[i].p;
-    const float r = springls__hit_radius(model->set.s[i].bounding_radius);
-    int k;
-    for (k = 0; k < 3; k++) {
-        const float at = springls__along(p, k) - (float)brick->origin[k];
-        if (at + r < -1.0f || at - r > 8.0f) return false;
-    }
-    return true;
+    int axis, n = 0;
+    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
+    trims->count = 0;
+    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
+    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
+    return n;
 }
 
-/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */
-SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,
-                                          springls__trims *trims)
+/* Puts a hit into its row: begin[row + 1] is where the row's next hit goes. */
+SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, springls__row_hit found)
 {
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);
-    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;
-    springls__cell_walk walk;
-    int i, axis;
-    if (store && !brick->hit) return;
-    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),
-                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;
-        trims->count = 0;
-        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);
-        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);
-    }
+    const int row = found.row % SPRINGLS__TABLE_ROWS;
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + found.row / SPRINGLS__TABLE_ROWS;
+    contour->hit[brick->begin[SPRINGLS__OF_HITS][row + 1]++] = found.hit;
+}
+
+SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
+{
+    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
+}
+
+/* Sorts the hits of each row of brick b. */
+SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
+    int row, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
+        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
+            const springls__hit hit = contour->hit[k];
+            int at = k;
+            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
+            contour->hit[at] = hit;
+        }
 }
 
 /* ---- lines ---- */
 
-/* What is known along a line: a hit (side 1 or -1), or a node and what speaks against its being on a side. */
-typedef struct springls__event { float t, cost[2]; int side, node; } springls__event;
+/* What is known along a line: a hit (side 1 or -1) and its weight, or a node and what speaks against its being inside; node: -1 for one of
+   another brick. */
+typedef struct springls__event { float t, cost; int side, node; } springls__event;
 
 /* Working memory of one brick. */
 typedef struct springls__line_work {
     springls__hit hit[SPRINGLS__LINE_HITS];
     springls__event event[SPRINGLS__LINE_EVENTS];
     float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
-    int group[SPRINGLS__EDGE_HITS], path[SPRINGLS__EDGE_HITS][2];
-    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */
+    int group[SPRINGLS__EDGE_HITS], came[SPRINGLS__EDGE_HITS];
+    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; those from begin[1] to begin[2] are the brick's own */
 } springls__line_work;
+
+SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b, int line)
+{
+    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+}
 
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                            int line, bool weighed, springls__line_work *work)
 {
-    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const int axis = line >> 6;
     const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
     float least = 0.0f;
     int k, all;
+    work->line = line;
+    work->axis = axis;
     do {
         work->hits = all = 0;
         for (k = 0; k < 3; k++) {
-            const int b = brick->around[13 + (k - 1) * stride];
-            SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
-            uint32_t at;
+            const int b = springls__brick_beside(brick, axis, k - 1);
+            int at, end;
             work->begin[k] = work->hits;
-            if (b < 0) continue;
-            for (at = other->line_begin[line]; at < other->line_end[line]; at++) {
-                const springls__hit hit = contour->hit[other->first_hit + at];
+            if (!springls__has_hits(contour, b, line)) continue;
+            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
+                const springls__hit hit = contour->hit[at];
                 if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;
                 if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits] = hit;
@@ -25795,8 +25858,6 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
         }
         least = least > 0.0f ? 2.0f * least : 1e-3f;
     } while (all > SPRINGLS__LINE_HITS);
-    work->line = line;
-    work->axis = axis;
 }
 
 /* Returns the place at t along a line of a brick. */
@@ -25810,7 +25871,7 @@ SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springl
 
 /* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends
    there. */
-SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,
+SPRINGLS__MATHS float springls__share_of_run(const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
                                              const springls__line_work *work)
 {
@@ -25830,10 +25891,10 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
         springls__v3 d;
         float w;
         if (springls__hit_side(work->hit[k]) != side) continue;
-        d = springls__sub(model->set.s[i].p, x);
+        d = springls__sub(contour->surfel[i].p, x);
         w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;
         aside = springls__mad(aside, d, w);
-        n = springls__mad(n, contour->normal[i], w);
+        n = springls__mad(n, contour->surfel[i].n, w);
         sum += w;
     }
     aside = springls__scale(aside, 1.0f / sum);
@@ -25842,9 +25903,8 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
     return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);
 }
 
-/* Weighs the hits of a gathered line, run by run of one orientation. */
-SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,
-                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,
+/* Weighs the hits of a gathered line, run by run of one orientation with some of the brick's own. */
+SPRINGLS__MATHS void springls__weigh_runs(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                           springls__line_work *work)
 {
     int side, first, k, end;
@@ -25855,67 +25915,126 @@ SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const sp
             if (springls__hit_side(work->hit[first]) != side) continue;
             for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)
                 if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);
-            share = springls__share_of_run(model, contour, brick, first, end, side, work);
+            if (end <= work->begin[1] || first >= work->begin[2]) continue;
+            share = springls__share_of_run(contour, brick, first, end, side, work);
             if (share == 1.0f) continue;
             for (k = first; k < end; k++)
                 if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;
         }
 }
 
+/* Marks the nodes of a row at the ends of edges with hits. */
+SPRINGLS__MATHS void springls__mark_beside_hits(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int row)
+{
+    const int axis = row >> 6, before = springls__brick_beside(brick, axis, -1), end = brick->begin[SPRINGLS__OF_HITS][row + 1];
+    uint32_t edges = 0u;
+    int k;
+    for (k = brick->begin[SPRINGLS__OF_HITS][row]; k < end; k++)
+        edges |= 2u << ((int)springls__floor(contour->hit[k].t) - brick->origin[axis]);
+    if (springls__has_hits(contour, before, row)
+        && contour->hit[contour->brick[before].begin[SPRINGLS__OF_HITS][row + 1] - 1].t >= (float)brick->origin[axis] - 1.0f) edges |= 1u;
+    edges |= edges >> 1; /* of the edge before a node, and of its own */
+    for (k = 0; k < 8; k++)
+        if (edges >> k & 1u) {
+            const int node = springls__line_node(axis, k, row & 63);
+            brick->beside_hits[node >> 5] |= 1u << (node & 31);
+        }
+}
+
+/* Weighs the hits of brick b, and marks the nodes beside them. Precondition: all are sorted. */
+SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int b, springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
+    int row, at, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
+        const bool some = springls__has_hits(contour, b, row);
+        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
+            springls__mark_beside_hits(contour, brick, row);
+        if (!some) continue;
+        springls__gather_line(contour, brick, row, false, work);
+        springls__weigh_runs(contour, brick, work);
+        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
+            while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
+            contour->hit[at].weight = work->hit[k].weight;
+        }
+    }
+}
+
 /* ---- sides of nodes ---- */
 
-/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */
-typedef struct springls__side_path { float cost[2], since[2]; } springls__side_path;
+/* The cheapest costs of being outside and inside at a place, and where the last crossing to each side was. */
+typedef struct springls__side_path { float outside, inside, left, entered; } springls__side_path;
 
 SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)
 {
     springls__side_path path;
-    path.cost[0] = outside;
-    path.cost[1] = inside;
-    path.since[0] = path.since[1] = -1e9f;
+    path.outside = outside;
+    path.inside = inside;
+    path.left = path.entered = -1e9f;
     return path;
 }
 
-/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and
-   4 where the hit is explained. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, int to, int came[2])
+/* The cost of the side that a hit leads to, where the last crossing there was, and how it is reached: 1 from that side itself, 5 in a run,
+   4 by crossing here. */
+typedef struct springls__side_reached { float cost, since; int came; } springls__side_reached;
+
+SPRINGLS__INNER springls__side_reached springls__reach_side(float from, float to, float since, float t, float weight)
 {
-    const int from = 1 - to;
-    const bool in_run = springls__fabs(t - path.since[to]) <= SPRINGLS__RUN_LENGTH;
-    springls__side_path next = path;
-    next.cost[to] += in_run ? 0.0f : weight;
-    next.cost[from] += weight;
-    came[to] = to | (in_run ? 4 : 0);
-    came[from] = from;
-    if (path.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {
-        next.cost[to] = path.cost[from] + SPRINGLS__CROSSING_COST;
-        next.since[to] = t;
-        came[to] = from | 4;
+    springls__side_reached next;
+    const bool in_run = springls__fabs(t - since) <= SPRINGLS__RUN_LENGTH;
+    next.cost = in_run ? to : to + weight;
+    next.since = since;
+    next.came = in_run ? 5 : 1;
+    if (from + SPRINGLS__CROSSING_COST < next.cost) {
+        next.cost = from + SPRINGLS__CROSSING_COST;
+        next.since = t;
+        next.came = 4;
     }
     return next;
 }
 
-/* Goes on over a node, where the side may change without a hit. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, const float cost[2])
+/* Goes on over a hit that enters or leaves; weight: what it costs to leave it unexplained. came: how the side that it leads to is
+   reached. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, bool enters, int *came)
+{
+    const springls__side_reached next = enters ? springls__reach_side(path.outside, path.inside, path.entered, t, weight)
+                                               : springls__reach_side(path.inside, path.outside, path.left, t, weight);
+    *came = next.came;
+    if (enters) {
+        path.inside = next.cost;
+        path.entered = next.since;
+        path.outside += weight;
+    } else {
+        path.outside = next.cost;
+        path.left = next.since;
+        path.inside += weight;
+    }
+    return path;
+}
+
+/* Goes on over a node, where the side may change without a hit; evidence: what speaks against inside, or below 0 against outside. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, float evidence)
 {
     springls__side_path next = path;
-    int s;
-    for (s = 0; s < 2; s++) {
-        if (path.cost[1 - s] + SPRINGLS__CHANGE_COST < path.cost[s]) {
-            next.cost[s] = path.cost[1 - s] + SPRINGLS__CHANGE_COST;
-            next.since[s] = -1e9f;
-        }
-        next.cost[s] += cost[s];
+    if (path.inside + SPRINGLS__CHANGE_COST < path.outside) {
+        next.outside = path.inside + SPRINGLS__CHANGE_COST;
+        next.left = -1e9f;
     }
+    if (path.outside + SPRINGLS__CHANGE_COST < path.inside) {
+        next.inside = path.outside + SPRINGLS__CHANGE_COST;
+        next.entered = -1e9f;
+    }
+    next.outside += springls__max(-evidence, 0.0f);
+    next.inside += springls__max(evidence, 0.0f);
     return next;
 }
 
-SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, const springls__event *event, bool forward)
+SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, springls__event event, bool forward)
 {
-    const float cost[2] = { event->cost[0], event->cost[1] };
-    int came[2];
-    if (event->side == 0) return springls__side_path_over_node(path, cost);
-    return springls__side_path_over_hit(path, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);
+    int came;
+    if (event.side == 0) return springls__side_path_over_node(path, event.cost);
+    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
 /* Returns what phi says about a node: below 0 inside. */
@@ -25926,43 +26045,49 @@ SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
     return phi < 0.0f ? -weight : weight;
 }
 
+/* Returns phi at a node of a brick of the table. */
+SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOBAL const springls__surface_brick *brick, int node)
+{
+    int at[3];
+    if (brick->slot >= 0) return g->phi[(size_t)brick->slot * SPRINGLS__BRICK_VOXELS + (size_t)node];
+    springls__place_of_node(brick, node, at);
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */
+SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    if (b < 0) return springls__phi_evidence(1.0f, false);
+    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
+}
+
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
                                            springls__line_work *work)
 {
     const springls__grid *g = &model->grid;
-    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const int axis = work->axis, o = brick->origin[axis];
     const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));
     const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));
-    const springls__v3 line = springls__line_place(brick, work->line, 0.0f);
-    int at[3], x, n = 0, k = first;
-    at[0] = (int)line.x;
-    at[1] = (int)line.y;
-    at[2] = (int)line.z;
+    int x, n = 0, k = first;
     for (x = from; x <= to + 1; x++) {
-        springls__event *event;
-        float evidence;
-        int b, node;
+        springls__event event;
         for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
-            event = &work->event[n++];
-            event->t = work->hit[k].t;
-            event->side = springls__hit_side(work->hit[k]);
-            event->cost[0] = event->cost[1] = work->hit[k].weight;
-            event->node = -1;
+            event.t = work->hit[k].t;
+            event.side = springls__hit_side(work->hit[k]);
+            event.cost = work->hit[k].weight;
+            event.node = -1;
+            work->event[n++] = event;
         }
         if (x > to) break;
-        b = brick->around[13 + ((x - o) >> 3) * stride];
-        node = springls__line_node(axis, x & 7, work->line & 63);
-        at[axis] = x;
-        evidence = springls__phi_evidence(springls__grid_phi(g, g->phi, at[0], at[1], at[2]),
-                                          b >= 0 && springls__bit_of(contour->brick[b].beside_hits, node));
-        event = &work->event[n++];
-        event->t = (float)x;
-        event->side = 0;
-        event->cost[0] = springls__max(-evidence, 0.0f);
-        event->cost[1] = springls__max(evidence, 0.0f);
-        event->node = x >= o && x < o + 8 ? node : -1;
+        event.node = springls__line_node(axis, x & 7, work->line & 63);
+        event.t = (float)x;
+        event.side = 0;
+        event.cost = springls__node_evidence(g, contour, springls__brick_beside(brick, axis, (x - o) >> 3), event.node);
+        if (x < o || x >= o + 8) event.node = -1;
+        work->event[n++] = event;
     }
     work->events = n;
 }
@@ -25973,39 +26098,31 @@ SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
     springls__side_path path = springls__side_path_begin(0.0f, 0.0f);
     int k;
     for (k = 0; k < work->events; k++) {
-        path = springls__side_path_over(path, &work->event[k], true);
-        work->forward[k][0] = path.cost[0];
-        work->forward[k][1] = path.cost[1];
+        path = springls__side_path_over(path, work->event[k], true);
+        if (work->event[k].node < 0) continue;
+        work->forward[k][0] = path.outside;
+        work->forward[k][1] = path.inside;
     }
     path = springls__side_path_begin(0.0f, 0.0f);
     for (k = work->events - 1; k >= 0; k--) {
         const int node = work->event[k].node;
         if (node >= 0)
-            work->margin[node] += springls__clamp(work->forward[k][1] + path.cost[1] - (work->forward[k][0] + path.cost[0]), -1.0f,
-                                                  1.0f);
-        path = springls__side_path_over(path, &work->event[k], false);
+            work->margin[node] += springls__clamp(work->forward[k][1] + path.inside - (work->forward[k][0] + path.outside), -1.0f, 1.0f);
+        path = springls__side_path_over(path, work->event[k], false);
     }
 }
 
-/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */
+/* Votes along a line for its nodes, in parts where hits are less than four voxels apart. */
 SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
                                             springls__line_work *work)
 {
-    int first, end, k;
-    uint32_t at;
-    springls__gather_line(contour, brick, line, false, work);
-    if (work->hits == 0) return;
-    springls__weigh_line(model, contour, brick, work);
+    int first, end;
+    springls__gather_line(contour, brick, line, true, work);
     for (first = 0; first < work->hits; first = end) {
         for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;
         springls__list_line_events(model, contour, brick, first, end, work);
         springls__vote_for_nodes(work);
-    }
-    at = brick->first_hit + brick->line_begin[line];
-    for (k = work->begin[1]; k < work->begin[2]; k++) { /* in the same order; those left out of too many keep their own */
-        while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
-        contour->hit[at].weight = work->hit[k].weight;
     }
 }
 
@@ -26015,16 +26132,21 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
-    int line, node, at[3];
-    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);
+    int line, node, k, at[3];
+    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__vote_on_line(model, contour, brick, line, work);
+                break;
+            }
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
-        float value;
-        springls__place_of_node(brick, node, at);
-        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
-        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
+        if (!(value < 0.0f)) continue;
+        springls__place_of_node(brick, node, at);
+        if (brick->slot >= 0 || springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
     }
 }
 
@@ -26032,8 +26154,8 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 
 /* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes
    and particles. */
-SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,
-                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,
+SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits,
                                                             int which, const springls__line_work *work)
 {
     const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
@@ -26042,12 +26164,12 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
     springls__v3 n = springls__zero3(), aside = springls__zero3();
     float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;
     int k;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    for (k = 0; k < hits; k++) {
         const springls__hit hit = work->hit[first + k];
         springls__v3 d;
         float w;
         if (work->group[k] != which) continue;
-        d = springls__sub(springls__line_place(brick, work->line, hit.t), model->set.s[springls__hit_springl(hit)].p);
+        d = springls__sub(springls__line_place(brick, work->line, hit.t), contour->surfel[springls__hit_springl(hit)].p);
         w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
         sum += w;
         t += w * hit.t;
@@ -26055,18 +26177,18 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
     found.x = springls__line_place(brick, work->line, t / sum);
     found.side = found.springl = 0;
     sum = 0.0f;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    for (k = 0; k < hits; k++) {
         const springls__hit hit = work->hit[first + k];
         const int i = springls__hit_springl(hit);
         springls__v3 d;
         float w;
         if (work->group[k] != which) continue;
-        d = springls__sub(found.x, model->set.s[i].p);
+        d = springls__sub(found.x, contour->surfel[i].p);
         w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
         sum += w;
-        n = springls__mad(n, contour->normal[i], w);
+        n = springls__mad(n, contour->surfel[i].n, w);
         aside = springls__mad(aside, d, w);
-        height += w * springls__dot(contour->normal[i], d);
+        height += w * springls__dot(contour->surfel[i].n, d);
         found.side = springls__hit_side(hit);
         if (w > best) {
             best = w;
@@ -26084,8 +26206,8 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
 
 /* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the
    intersection of the two, or their union. */
-SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,
-                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,
+SPRINGLS__MATHS springls__crossing springls__place_run(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits, int run,
                                                        springls__line_work *work)
 {
     const int second_side = SPRINGLS__EDGE_HITS + run;
@@ -26094,53 +26216,47 @@ SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *mo
     float one_t, two_t;
     bool convex, some = false;
     int k, best = -1;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++)
+    for (k = 0; k < hits; k++)
         if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;
-    d = contour->normal[springls__hit_springl(work->hit[first + best])];
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    d = contour->surfel[springls__hit_springl(work->hit[first + best])].n;
+    for (k = 0; k < hits; k++) {
         if (work->group[k] != run) continue;
-        if (springls__dot(contour->normal[springls__hit_springl(work->hit[first + k])], d) > SPRINGLS__CREASE_COSINE) continue;
+        if (springls__dot(contour->surfel[springls__hit_springl(work->hit[first + k])].n, d) > SPRINGLS__CREASE_COSINE) continue;
         work->group[k] = second_side;
         some = true;
     }
-    one = springls__place_crossing(model, contour, brick, first, run, work);
+    one = springls__place_crossing(contour, brick, first, hits, run, work);
     if (!some) return one;
-    two = springls__place_crossing(model, contour, brick, first, second_side, work);
-    d = springls__sub(model->set.s[two.springl].p, model->set.s[one.springl].p);
+    two = springls__place_crossing(contour, brick, first, hits, second_side, work);
+    d = springls__sub(contour->surfel[two.springl].p, contour->surfel[one.springl].p);
     convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;
     one_t = springls__along(one.x, work->axis);
     two_t = springls__along(two.x, work->axis);
     return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */
 }
 
-/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits
-   from `first` on; -1: of none. Returns how many there are. */
-SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)
+/* Numbers the runs of the first n hits from `first` on, which explain best how the line comes from one side to the other: work->group of
+   each; -1: of none. Returns how many there are. */
+SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int to, springls__line_work *work)
 {
     springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
-    int n = 0, k, side = to, runs = 0, came[2];
+    int k, side = to, runs = 0;
     bool open = false;
-    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {
-        const springls__hit hit = work->hit[first + n];
-        work->group[n] = -1;
-        work->path[n][0] = 0;
-        work->path[n][1] = 1;
+    for (k = 0; k < n; k++) {
+        const springls__hit hit = work->hit[first + k];
+        work->group[k] = -1;
+        work->came[k] = 0;
         if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
-        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,
-                                     springls__hit_side(hit) < 0 ? 1 : 0, came);
-        work->path[n][0] = came[0];
-        work->path[n][1] = came[1];
+        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight, springls__hit_side(hit) < 0,
+                                            &work->came[k]);
     }
-    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;
-    if (path.cost[to] > 1e8f) return 0;
+    if ((to ? path.inside : path.outside) > 1e8f) return 0;
     for (k = n - 1; k >= 0; k--) {
-        const int before = work->path[k][side] & 3;
-        if (work->path[k][side] & 4) {
-            if (!open) runs++;
-            work->group[k] = runs - 1;
-            open = before == side;
-        }
-        side = before;
+        if (work->came[k] < 4 || (springls__hit_side(work->hit[first + k]) < 0) != side) continue; /* this side is not reached by it */
+        if (!open) runs++;
+        work->group[k] = runs - 1;
+        open = work->came[k] == 5;
+        if (!open) side = 1 - side;
     }
     for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */
         if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];
@@ -26148,19 +26264,16 @@ SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, sp
     return runs;
 }
 
-/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */
-SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)
+/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
+SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
 {
     int k, best = -1;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)
-        if (springls__hit_side(work->hit[first + k]) == side
-            && (best < 0 || springls__fabs(work->hit[first + k].t - x - 0.5f) < springls__fabs(work->hit[first + best].t - x - 0.5f)))
-            best = k;
-    for (k = 0; best >= 0 && first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
-        const bool with = springls__fabs(work->hit[first + k].t - work->hit[first + best].t) < 0.3f
-                          && springls__hit_side(work->hit[first + k]) == side;
-        work->group[k] = with ? 0 : -1;
-    }
+    for (k = first; k < first + n; k++)
+        if (springls__hit_side(work->hit[k]) == side
+            && (best < 0 || springls__fabs(work->hit[k].t - x - 0.5f) < springls__fabs(work->hit[best].t - x - 0.5f))) best = k;
+    for (k = first; best >= 0 && k < first + n; k++)
+        work->group[k - first] = springls__hit_side(work->hit[k]) == side
+                              && springls__fabs(work->hit[k].t - work->hit[best].t) < 0.3f ? 0 : -1;
     return best >= 0;
 }
 
@@ -26196,78 +26309,132 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
     }
 }
 
-/* Finds the crossings of the edge that begins at node `at`, x along the gathered line; from, to: whether its ends are inside. Returns how
-   many; writes them unless `out` is NULL. */
+/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
+   inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
                                              int from, int to, springls__line_work *work,
                                              SPRINGLS__GLOBAL springls__crossing *out)
 {
     const float x = (float)at[work->axis];
-    int runs = springls__find_runs(first, x, from, to, work), k;
+    int n = 0, runs, k;
+    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;
+    runs = springls__find_runs(first, n, x, from, to, work);
+    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
-        runs = springls__find_weak_run(first, x, from ? 1 : -1, work);
-        if (runs == 0 && out) out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
-        if (runs == 0) return 1;
+        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
+        return 1;
     }
-    for (k = 0; out && k < runs; k++) out[k] = springls__place_run(model, contour, brick, first, k, work);
-    if (out) springls__order_crossings(out, runs, work->axis, x);
+    for (k = 0; k < runs; k++) out[k] = springls__place_run(contour, brick, first, n, k, work);
+    springls__order_crossings(out, runs, work->axis, x);
     return runs;
 }
 
-/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */
-SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,
-                                              bool store, springls__line_work *work)
+/* Returns whether the node `at` along a line of a brick is inside; beyond the table none is. */
+SPRINGLS__INNER int springls__line_side(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
+                                        int at)
 {
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];
-    int x, first = 0, at[3];
-    springls__gather_line(contour, brick, line, true, work);
-    for (x = 0; x < 8; x++) {
-        const int node = springls__line_node(axis, x, line & 63), after = springls__line_node(axis, (x + 1) & 7, line & 63);
-        const int edge = 3 * node + axis, from = springls__bit_of(brick->inside, node);
-        const float t = (float)(brick->origin[axis] + x);
-        int to = from;
-        if (x < 7) to = springls__bit_of(brick->inside, after);
-        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);
-        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;
-        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;
-        springls__place_of_node(brick, node, at);
-        if (!store) {
-            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);
-        } else {
-            const int begin = edge ? brick->edge_end[edge - 1] : 0;
-            if (brick->edge_end[edge] > begin)
-                springls__edge_crossings(model, contour, brick, at, first, from, to, work,
-                                         contour->crossing + brick->first_crossing + begin);
+    const int axis = line >> 6, b = springls__brick_beside(brick, axis, at >> 3);
+    return b >= 0 && springls__bit_of(contour->brick[b].inside, springls__line_node(axis, at & 7, line & 63)) ? 1 : 0;
+}
+
+/* Returns, as bits, which nodes of word w of a brick's sides differ from the next one along an axis. The last brick's last nodes do not. */
+SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                                int axis, int w)
+{
+    const int next = springls__brick_beside(brick, axis, 1);
+    const uint32_t own = brick->inside[w];
+    uint32_t after;
+    if (axis == 0) {
+        after = next < 0 ? own : contour->brick[next].inside[w] << 7;
+        after = (own >> 1 & 0x7f7f7f7fu) | (after & 0x80808080u);
+    } else if (axis == 1) {
+        after = w % 2 == 0 ? brick->inside[w + 1] << 24 : next < 0 ? own & 0xff000000u : contour->brick[next].inside[w - 1] << 24;
+        after |= own >> 8;
+    } else {
+        after = w < 14 ? brick->inside[w + 2] : next < 0 ? own : contour->brick[next].inside[w - 14];
+    }
+    return own ^ after;
+}
+
+/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
+SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
+                                              int leaving[8])
+{
+    const float margin = SPRINGLS__EDGE_MARGIN;
+    int k, end;
+    if (!springls__has_hits(contour, b, line)) return;
+    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
+        const springls__hit hit = contour->hit[k];
+        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
+        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
+        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
+            entering[x] += hit.springl < 0;
+            leaving[x] += hit.springl >= 0;
         }
     }
 }
 
-/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */
-SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)
+/* Adds the pairs of crossings that the edges of a line have at most: each needs a hit that enters and one that leaves. */
+SPRINGLS__MATHS void springls__count_pairs(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line)
 {
-    const uint32_t side = contour->brick[b].inside[0];
-    uint32_t other = 0u;
-    int k, axis;
-    for (axis = -1; axis < 3; axis++) {
-        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];
-        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;
+    const int axis = line >> 6;
+    int entering[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, leaving[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, k;
+    for (k = -1; k < 2; k++)
+        springls__count_at_edges(contour, springls__brick_beside(brick, axis, k), line, (float)brick->origin[axis], entering, leaving);
+    for (k = 0; k < 8; k++) {
+        const int single = brick->crossings[8 * line + k], most = (SPRINGLS__EDGE_CROSSINGS - single) / 2;
+        brick->crossings[8 * line + k] = (uint8_t)(single + 2 * springls__imin(springls__imin(entering[k], leaving[k]), most));
     }
-    return (side == 0u || side == 0xffffffffu) && other == 0u;
 }
 
-/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
-SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
+/* Counts the crossings that the edges of brick b have at most. */
+SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int axis, line, w, k, at[3];
+    for (k = 0; k < 1536; k++) brick->crossings[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int p = springls__axis_after(axis), q = springls__axis_after(p);
+        for (w = 0; w < 16; w++) {
+            uint32_t changes = springls__side_changes(contour, brick, axis, w);
+            for (; changes; changes &= changes - 1u) {
+                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);
+                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
+            }
+        }
+    }
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__count_pairs(contour, brick, line);
+                break;
+            }
+}
+
+/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
+SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b,
                                               springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int k, sum = 0;
-    if (store && brick->edge_end[1535] == 0) return;
-    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;
-    if (brick->quiet && springls__is_one_sided(contour, b)) return;
-    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);
-    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
+    int line, x, at[3];
+    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
+        int first = 0, count = 0;
+        if (begin[line] == begin[line + 1]) continue;
+        springls__gather_line(contour, brick, line, true, work);
+        for (x = 0; x < 8; x++) {
+            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
+            if (*crossings == 0) continue;
+            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
+            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;
+            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
+                                                           springls__line_side(contour, brick, line, x + 1), work,
+                                                           contour->crossing + begin[line] + count);
+            count += *crossings;
+        }
+    }
 }
 
 /* ======== >>faces:kernel  (kernels_embed/output/faces.h) ======================================================= */
@@ -26277,49 +26444,54 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
 
 #define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)
 #define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)
-#define SPRINGLS__NODES_AROUND 729 /* of a brick and the first ones beyond it */
 #define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
 #define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
 #define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
 
-/* What the nodes of a brick and those beyond own, by 3 * node + axis: crossings of edges, or arcs of faces. */
-typedef struct springls__owned { int first[3 * SPRINGLS__NODES_AROUND], count[3 * SPRINGLS__NODES_AROUND]; } springls__owned;
+/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
+typedef struct springls__owned { int first, count; } springls__owned;
 
-SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * (y + 9 * z); }
-
-/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */
-SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           bool arcs, springls__owned *owned)
+/* Returns how many the elements before element k of its row have. */
+SPRINGLS__INNER int springls__before_in_row(SPRINGLS__GLOBAL const uint8_t *count, int k)
 {
-    int n = 0, sum = 0, k, node, at[3];
-    for (k = 0; k < 8; k++) {
-        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];
-        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];
-    }
-    if (sum == 0) return 0;
-    sum = 0;
-    for (at[2] = 0; at[2] < 9; at[2]++)
-        for (at[1] = 0; at[1] < 9; at[1]++)
-            for (at[0] = 0; at[0] < 9; at[0]++) {
-                const int b = springls__table_node(brick, at, &node);
-                SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
-                for (k = 0; k < 3; k++, n++) {
-                    int begin, end;
-                    owned->first[n] = owned->count[n] = 0;
-                    if (b < 0) continue;
-                    begin = 3 * node + k == 0 ? 0 : (arcs ? other->face_end : other->edge_end)[3 * node + k - 1];
-                    end = (arcs ? other->face_end : other->edge_end)[3 * node + k];
-                    owned->first[n] = begin + (arcs ? other->first_arc : other->first_crossing);
-                    owned->count[n] = end - begin;
-                    sum += end - begin;
-                }
-            }
+    int sum = 0, i;
+    for (i = k & ~7; i < k; i++) sum += count[i];
     return sum;
+}
+
+/* Returns the crossings of the edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__crossings_of_edge(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3],
+                                                            int axis)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const int line = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7), edge = 8 * line + (at[axis] & 7);
+    int node;
+    const int other = springls__table_node(brick, at, &node);
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].crossings[edge] == 0) return owned;
+    owned.count = contour->brick[other].crossings[edge];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_CROSSINGS][line]
+                + springls__before_in_row(contour->brick[other].crossings, edge);
+    return owned;
+}
+
+/* Returns the arcs of the face across an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int axis)
+{
+    int node;
+    const int other = springls__table_node(brick, at, &node), face = 512 * axis + node;
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].arcs[face] == 0) return owned;
+    owned.count = contour->brick[other].arcs[face];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_ARCS][face >> 3] + springls__before_in_row(contour->brick[other].arcs, face);
+    return owned;
 }
 
 /* Working memory of one brick. */
 typedef struct springls__face_work {
-    springls__owned owned;
+    uint8_t ends[1536]; /* of arcs on a brick's faces */
     float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
@@ -26354,21 +26526,21 @@ SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { retur
 
 /* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
    Returns how many. */
-SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],
-                                          springls__face_work *work)
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const springls__face *face, const int of_node[3], springls__face_work *work)
 {
     int side, k, n = 0;
     for (side = 0; side < 4; side++) {
         const int axis = side & 1 ? face->c : face->b;
         const bool back = side >= 2;
-        int at[3], node, count;
+        springls__owned owned;
+        int at[3];
         for (k = 0; k < 3; k++) at[k] = of_node[k];
         if (side == 1) at[face->b]++;
         if (side == 2) at[face->c]++;
-        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
-        count = work->owned.count[node];
-        for (k = 0; k < count; k++, n++) {
-            const int id = work->owned.first[node] + (back ? count - 1 - k : k);
+        owned = springls__crossings_of_edge(contour, brick, at, axis);
+        for (k = 0; k < owned.count; k++, n++) {
+            const int id = owned.first + (back ? owned.count - 1 - k : k);
             work->list[n] = id;
             work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;
         }
@@ -26526,8 +26698,8 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
     if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;
     walk = springls__cell_walk_near(model, x, 1.0f);
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 n = contour->normal[i];
-        const float w = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x));
+        const springls__v3 n = contour->surfel[i].n;
+        const float w = 1.0f - springls__length2(springls__sub(contour->surfel[i].p, x));
         const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
         if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
         all += w;
@@ -26560,7 +26732,7 @@ SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, c
     rim.place = rim.normal = springls__zero3();
     rim.weight = rim.reach = 0.0f;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 p = model->set.s[i].p, n = contour->normal[i], d = springls__sub(p, middle);
+        const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n, d = springls__sub(p, middle);
         const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);
         const float aside2 = springls__length2(springls__mad(d, forward, -ahead));
         if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;
@@ -26748,22 +26920,47 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 
 /* ---- the kernels ---- */
 
-/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */
+/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
+SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
+{
+    int k, before;
+    for (k = 0; k < 2; k++) {
+        const int across = k ? springls__axis_after(axis) : springls__axis_after(springls__axis_after(axis)), beside = 3 - axis - across;
+        int node[3];
+        for (before = 0; before < 2; before++) {
+            node[axis] = at[axis];
+            node[across] = at[across];
+            node[beside] = at[beside] - before;
+            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
+                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
+        }
+    }
+}
+
+/* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int node, axis, sum = 0, at[3];
-    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;
-    for (node = 0; node < 512; node++) {
-            springls__node_of_brick(node, at);
-        for (axis = 0; axis < 3; axis++) {
-            const int p = springls__axis_after(axis), q = springls__axis_after(p);
-            const int *count = work->owned.count;
-            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };
-            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;
-            brick->face_end[3 * node + axis] = sum;
-        }
-    }
+    int axis, u, v, k, at[3];
+    for (k = 0; k < 1536; k++) work->ends[k] = 0;
+    for (axis = 0; axis < 3; axis++)
+        for (v = 0; v < 9; v++)
+            for (u = 0; u < 9; u++) {
+                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
+                int node, owner;
+                at[axis] = 0;
+                at[p] = u;
+                at[q] = v;
+                owner = springls__table_node(brick, at, &node);
+                if (owner < 0) continue;
+                if (contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line]
+                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
+                for (; at[axis] < 8; at[axis]++) {
+                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
+                    if (crossings) springls__add_ends(at, axis, crossings, work);
+                }
+            }
+    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
@@ -26777,42 +26974,53 @@ SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, S
     return b >= 0 && contour->brick[b].plain[node];
 }
 
+/* Finds the arcs of a face. */
+SPRINGLS__MATHS void springls__find_face_arcs(const springls__model *model, const springls__contour *contour,
+                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const springls__face *face,
+                                              const int of_node[3], springls__owned owned, springls__face_work *work)
+{
+    const bool plain = springls__is_plain_face(contour, brick, of_node, face->axis);
+    int i;
+    springls__join_border(contour, face, springls__face_border(contour, brick, face, of_node, work), work);
+    for (i = 0; i < owned.count; i++) {
+        const springls__arc_section section = springls__section_of_arc(contour, face, &work->arc[i]);
+        if (!plain) springls__find_corners(model, contour, face, &section, &work->arc[i]);
+        if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0)) springls__make_plain(face, &section, 0.05f, &work->arc[i]);
+        work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
+        work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
+    }
+    springls__part_arcs(contour, face, owned.count, work);
+    for (i = 0; i < owned.count; i++) {
+        springls__arc arc = work->arc[i];
+        arc.corner[0] = springls__snapped3(arc.corner[0]);
+        arc.corner[1] = springls__snapped3(arc.corner[1]);
+        contour->arc[owned.first + i] = arc;
+    }
+}
+
 /* Finds the arcs of the faces of brick b. */
 SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
                                          springls__face_work *work)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
-    int k, arcs, i;
-    if (brick->face_end[1535] == 0) return;
-    springls__gather_owned(contour, brick, false, &work->owned);
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
+    int k;
     for (k = 0; k < 1536; k++) {
-        const int begin = k ? brick->face_end[k - 1] : 0;
+        springls__owned owned;
         springls__face face;
         int of_node[3];
-        arcs = brick->face_end[k] - begin;
-        if (arcs == 0) continue;
-        face.axis = k % 3;
+        if ((k & 7) == 0 && begin[k >> 3] == begin[(k >> 3) + 1]) {
+            k += 7;
+            continue;
+        }
+        if (brick->arcs[k] == 0) continue;
+        face.axis = k >> 9;
         face.b = springls__axis_after(face.axis);
         face.c = springls__axis_after(face.b);
-        springls__node_of_brick(k / 3, of_node);
-        springls__place_of_node(brick, k / 3, face.o);
-        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);
-        for (i = 0; i < arcs; i++) {
-            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);
-            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);
-            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);
-            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))
-                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);
-            work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
-            work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
-        }
-        springls__part_arcs(contour, &face, arcs, work);
-        for (i = 0; i < arcs; i++) {
-            springls__arc arc = work->arc[i];
-            arc.corner[0] = springls__snapped3(arc.corner[0]);
-            arc.corner[1] = springls__snapped3(arc.corner[1]);
-            contour->arc[brick->first_arc + begin + i] = arc;
-        }
+        springls__node_of_brick(k & 511, of_node);
+        springls__place_of_node(brick, k & 511, face.o);
+        owned = springls__arcs_of_face(contour, brick, of_node, face.axis);
+        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);
     }
 }
 
@@ -26840,7 +27048,7 @@ typedef struct springls__link { int from, to, arc, forward, face, used; } spring
 
 /* Working memory of one brick. */
 typedef struct springls__cell_work {
-    springls__owned owned;
+    uint8_t sides[512]; /* how many arcs the faces of each cell have */
     springls__link link[SPRINGLS__CELL_ARCS];
     springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];
     springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */
@@ -26856,19 +27064,19 @@ typedef struct springls__cell_work {
 /* ---- cycles ---- */
 
 /* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
-SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],
-                                          springls__cell_work *work)
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const int of_node[3], springls__cell_work *work)
 {
     int axis, side, k, at[3];
     work->links = 0;
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 2; side++) {
-            int face;
+            springls__owned owned;
             for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
-            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
-            for (k = 0; k < work->owned.count[face]; k++) {
+            owned = springls__arcs_of_face(contour, brick, at, axis);
+            for (k = 0; k < owned.count; k++) {
                 springls__link *link = &work->link[work->links++];
-                link->arc = work->owned.first[face] + k;
+                link->arc = owned.first + k;
                 link->forward = side;
                 link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
                 link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;
@@ -27338,14 +27546,13 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
 }
 
 /* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
-SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],
-                                         springls__cell_work *work)
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                         const int of_node[3], springls__cell_work *work)
 {
     int cycle, way, k, begin = 0;
     bool plain;
-    springls__list_links(contour, of_node, work);
+    springls__list_links(contour, brick, of_node, work);
     work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
-    if (work->links == 0) return true;
     springls__find_cycles(contour, contour->first_corner, work);
     plain = work->cycles == 1;
     for (cycle = 0; cycle < work->cycles; cycle++) {
@@ -27361,17 +27568,26 @@ SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const
     return false;
 }
 
-/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */
+/* Counts the arcs on the faces of each cell of brick b. Returns their sum. */
 SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
 {
-    int node, k, sum = 0, at[3];
-    const int step[3] = { 1, 9, 81 };
-    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;
-    for (node = 0; node < 512; node++) {
-        springls__node_of_brick(node, at);
-        for (k = 0; k < 6; k++)
-            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    int k, axis, sum = 0, at[3];
+    for (k = 0; k < 512; k++) work->sides[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
+        const bool some = brick->begin[SPRINGLS__OF_ARCS][64 * axis] != brick->begin[SPRINGLS__OF_ARCS][64 * axis + 64];
+        for (k = 0; k < 512 && some; k++) { /* each is a side of two cells */
+            const int arcs = brick->arcs[512 * axis + k];
+            if (arcs == 0) continue;
+            springls__node_of_brick(k, at);
+            work->sides[k] += (uint8_t)arcs;
+            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
+        }
+        for (k = 0; k < 64 && next >= 0; k++)
+            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
     }
+    for (k = 0; k < 512; k++) sum += work->sides[k];
     return sum;
 }
 
@@ -27383,13 +27599,14 @@ SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, in
     int node, k;
     brick->triangles = brick->inner = 0;
     for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
-    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;
+    if (springls__count_links(contour, b, work) == 0) return;
     for (node = 0; node < 512; node++) {
         SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
         int of_node[3];
+        if (work->sides[node] == 0) continue;
         springls__node_of_brick(node, of_node);
         for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
-        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        if (!springls__fill_cell(contour, brick, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
         for (k = work->own_vertices; k < work->vertices; k++) {
             springls__crossing v;
             v.x = work->vertex[k].x;
@@ -27410,8 +27627,8 @@ SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, in
    hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
 
 typedef enum springls__surface_kernel {
-    SPRINGLS__SURFACE_COUNT_HITS,
-    SPRINGLS__SURFACE_FIND_HITS,
+    SPRINGLS__SURFACE_SORT_HITS,
+    SPRINGLS__SURFACE_WEIGH_HITS,
     SPRINGLS__SURFACE_FIND_SIDES,
     SPRINGLS__SURFACE_COUNT_CROSSINGS,
     SPRINGLS__SURFACE_FIND_CROSSINGS,
@@ -27425,10 +27642,12 @@ typedef enum springls__surface_kernel {
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
-    springls__v3 *normal;
-    uint8_t *creased;
+    springls__surfel *surfel;
+    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
+    int *first_found;
     springls__surface_kernel kernel;
     int bricks;
+    size_t table_size;
 } springls__surface_job;
 
 /* Working memory of one lane. */
@@ -27455,11 +27674,11 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     for (; begin < end; begin++) {
         if (contour->brick[begin].ready) continue;
         switch (job->kernel) {
-        case SPRINGLS__SURFACE_COUNT_HITS: springls__brick_hits(model, contour, begin, false, &work->trims); break;
-        case SPRINGLS__SURFACE_FIND_HITS: springls__brick_hits(model, contour, begin, true, &work->trims); break;
+        case SPRINGLS__SURFACE_SORT_HITS: springls__sort_hits(contour, begin); break;
+        case SPRINGLS__SURFACE_WEIGH_HITS: springls__weigh_hits(contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__find_crossings(model, contour, begin, false, &work->line); break;
-        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, true, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
+        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
@@ -27477,23 +27696,25 @@ SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__surface_normal_task(void *arg, int begin, int end)
+/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
+SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
-    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(job->ctx->model.set.s[begin]);
-}
-
-SPRINGLS__FN void springls__surface_crease_task(void *arg, int begin, int end)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    for (; begin < end; begin++) job->creased[begin] = springls__is_creased(&job->ctx->model, job->normal, begin);
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end && begin < model->grid.active_count; begin++)
+        springls__find_creased(model, job->surfel, model->grid.active[begin]);
+    for (; begin < end; begin++) {
+        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
+        job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
+    }
 }
 
 /* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
 
 /* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
-SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, size_t size, const int place[3])
+SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
 {
+    const size_t size = job->table_size;
     int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     size_t slot = springls__hash3((uint32_t)(place[0] + 1), (uint32_t)(place[1] + 1), (uint32_t)(place[2] + 1)) & (size - 1);
     for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
@@ -27523,13 +27744,14 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
     table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    job->table_size = size;
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < g->active_count; i++) {
         springls__brick_place(g, g->slot_brick[g->active[i]], center);
         for (d = 0; d < 27; d++) {
             int *at;
             springls__place_around(center, d, place);
-            at = springls__surface_slot(job, size, place);
+            at = springls__surface_slot(job, place);
             if (*at >= 0) continue;
             *at = job->bricks;
             memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
@@ -27537,19 +27759,74 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     }
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
-    memset(job->contour.brick, 0, (size_t)job->bricks * sizeof(springls__surface_brick));
+    for (i = 0; i < job->bricks; i++)
+        for (d = 14; d < 27; d++) job->contour.brick[i].around[d] = -1;
     for (i = 0; i < job->bricks; i++) {
         springls__surface_brick *brick = job->contour.brick + i;
-        for (k = 0; k < 3; k++) brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
-        for (d = 0; d < 27; d++) {
+        int last[3];
+        for (k = 0; k < 3; k++) {
+            brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
+            last[k] = brick->origin[k] + SPRINGLS__BRICK - 1;
+        }
+        brick->slot = -1;
+        if (springls__grid_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+            && springls__grid_contains(g, last[0], last[1], last[2]))
+            brick->slot = springls__table_contains(g, last[0], last[1], last[2])
+                       && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+                        ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
+        brick->ready = 0;
+        memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
+        memset(brick->beside_hits, 0, sizeof brick->beside_hits);
+        memset(brick->plain, 0, sizeof brick->plain);
+        brick->around[13] = i;
+        for (d = 0; d < 13; d++) { /* the others are found from there */
+            int other;
             springls__place_around(places + 3 * (size_t)i, d, place);
-            brick->around[d] = *springls__surface_slot(job, size, place);
+            other = *springls__surface_slot(job, place);
+            brick->around[d] = other;
+            if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
     return SPRINGLS_OK;
 }
 
-/* ---- sums between kernels ---- */
+/* ---- hits ---- */
+
+/* Makes the surfels of springls. */
+SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    int place[3], k;
+    for (; begin < end; begin++) {
+        springls__surfel *surfel = job->surfel + begin;
+        surfel->p = model->set.s[begin].p;
+        surfel->n = springls__springl_normal(model->set.s[begin]);
+        springls__voxel_of_place(&model->grid, surfel->p, place);
+        for (k = 0; k < 3; k++) place[k] >>= 3;
+        surfel->home = *springls__surface_slot(job, place);
+    }
+}
+
+SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__trims trims;
+    for (; begin < end; begin++)
+        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
+}
+
+/* Finds the hits of springls, and where those of the next one begin at most. */
+SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__surface_work *work = (springls__surface_work *)(void *)memory;
+    for (; begin < end; begin++) {
+        springls__row_hit *found = job->found + job->first_found[begin];
+        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
+        if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
+    }
+}
 
 /* Fails when a count does not fit an int. */
 SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64_t count)
@@ -27557,73 +27834,134 @@ SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64
     return count > INT32_MAX / 8 ? springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles") : SPRINGLS_OK;
 }
 
-/* Finds all hits. */
-SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+/* Returns how many crossings or arcs a row has. */
+SPRINGLS__FN int springls__count_of_row(const springls__surface_brick *brick, int of, int row)
+{
+    const uint8_t *count = (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row;
+    int k, sum = 0;
+    for (k = 0; k < 8; k++) sum += count[k];
+    return sum;
+}
+
+/* Finds where the contents of all rows begin, and makes room for them in a buffer; begin: how many hits each row has. total: their sum. */
+SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, int of, int buffer, size_t element, int *total)
+{
+    int64_t sum = 0;
+    int b, row;
+    for (b = 0; b < job->bricks; b++) {
+        int *begin = job->contour.brick[b].begin[of];
+        for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) {
+            const int count = of == SPRINGLS__OF_HITS ? begin[row] : springls__count_of_row(job->contour.brick + b, of, row);
+            begin[row] = (int)sum;
+            sum += count;
+        }
+        begin[SPRINGLS__TABLE_ROWS] = (int)sum;
+        SPRINGLS__TRY(springls__surface_fits(job->ctx, sum));
+    }
+    *total = (int)sum;
+    return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
+}
+
+/* Finds the hits of all springls, each at once. */
+SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    uint64_t sum = 0;
+    const int count = ctx->model.set.count;
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    int64_t sum = 0;
+    int i;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
+    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
+    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
+    for (i = 0; i < count; i++) {
+        const int hits = job->first_found[i];
+        job->first_found[i] = (int)sum;
+        sum += hits;
+        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
+    }
+    job->first_found[count] = (int)sum;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
+    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
+    return SPRINGLS_OK;
+}
+
+/* Returns the k-th hit that a springl has found, NULL at the end. */
+SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
+{
+    const springls__row_hit *hit = job->found + job->first_found[i] + k;
+    return job->first_found[i] + k < job->first_found[i + 1] && hit->row >= 0 ? hit : NULL;
+}
+
+/* Notes which bricks have no hits around them. */
+SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
+{
     int b, k;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_HITS));
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
         brick->quiet = 1;
-        for (k = 0; k < 27; k++)
-            if (brick->around[k] >= 0 && job->contour.brick[brick->around[k]].hit) brick->quiet = 0;
-    }
-    for (b = 0; b < job->bricks; b++) {
-        springls__surface_brick *brick = job->contour.brick + b;
-        uint32_t begin = 0;
-        brick->first_hit = (uint32_t)sum;
-        for (k = 0; k < 192; k++) {
-            brick->line_begin[k] = begin;
-            begin += brick->line_end[k];
-            brick->line_end[k] = brick->line_begin[k];
+        for (k = 0; k < 27; k++) {
+            const springls__surface_brick *other = job->contour.brick + brick->around[k];
+            if (brick->around[k] >= 0 && other->begin[SPRINGLS__OF_HITS][0] != other->begin[SPRINGLS__OF_HITS][SPRINGLS__TABLE_ROWS])
+                brick->quiet = 0;
         }
-        sum += begin;
-        SPRINGLS__TRY(springls__surface_fits(ctx, (int64_t)sum));
     }
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HIT, (size_t)sum, sizeof(springls__hit)));
-    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_HITS);
 }
 
-/* Finds all crossings; their number is that of the first vertex that is none. */
-SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+/* Puts the hits of all springls into rows. */
+SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    int64_t sum = 0;
-    int b;
+    const springls__row_hit *hit;
+    int i, b, k, hits;
+    SPRINGLS__TRY(springls__springls_hits(job));
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
+            job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
+    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
+    springls__find_quiet_bricks(job);
+    for (b = 0; b < job->bricks; b++) { /* begin[row + 1]: where the next hit goes */
+        int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
+        memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
+    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
+}
+
+/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
+SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+{
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
-    for (b = 0; b < job->bricks; b++) {
-        job->contour.brick[b].first_crossing = (int)sum;
-        sum += job->contour.brick[b].edge_end[1535];
-        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
-    }
-    job->contour.first_corner = (int)sum;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CROSSING, (size_t)sum, sizeof(springls__crossing)));
-    job->contour.crossing = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
+                                       &job->contour.first_corner));
+    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
     return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
 }
 
-/* Finds all arcs, and makes room for triangles. */
+/* Finds all arcs. */
 SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+{
+    int arcs;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
+    job->contour.first_inner = job->contour.first_corner + 2 * arcs;
+    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
+}
+
+/* Makes room for triangles, and for vertices in cells. */
+SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     int64_t sum = 0;
     int b;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-    for (b = 0; b < job->bricks; b++) {
-        job->contour.brick[b].first_arc = (int)sum;
-        sum += job->contour.brick[b].face_end[1535];
-        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
-    }
-    job->contour.first_inner = job->contour.first_corner + 2 * (int)sum;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_ARC, (size_t)sum, sizeof(springls__arc)));
-    job->contour.arc = (springls__arc *)ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
-    for (b = 0, sum = 0; b < job->bricks; b++) {
+    for (b = 0; b < job->bricks; b++) {
         job->contour.brick[b].first_triangle = 6 * (int)sum;
         job->contour.brick[b].first_inner = 3 * (int)sum;
         sum += job->contour.brick[b].links;
@@ -27638,45 +27976,49 @@ SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
 
 /* ---- cells whose triangles cross ---- */
 
-/* Takes crossing k of an edge of a brick, and the next one, away. */
-SPRINGLS__FN void springls__remove_pair(const springls__surface_job *job, springls__surface_brick *brick, int edge, int k)
+/* The nearest two crossings of one edge that have been found, and where the row of the edge is. */
+typedef struct springls__near_pair { float gap; int brick, row, edge, crossing; } springls__near_pair;
+
+/* Looks for a nearer pair on an edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__FN springls__near_pair springls__nearer_pair(const springls__surface_job *job, const springls__surface_brick *brick,
+                                                       const int at[3], int axis, springls__near_pair best)
 {
-    springls__crossing *crossing = job->contour.crossing + brick->first_crossing;
-    int e;
-    memmove(crossing + k, crossing + k + 2, (size_t)(brick->edge_end[1535] - k - 2) * sizeof *crossing);
-    for (e = edge; e < 1536; e++) brick->edge_end[e] -= 2;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const springls__owned owned = springls__crossings_of_edge(&job->contour, brick, at, axis);
+    int k, node;
+    for (k = owned.first; k + 1 < owned.first + owned.count; k++) {
+        const springls__crossing *pair = job->contour.crossing + k;
+        const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
+        if (gap >= best.gap) continue;
+        best.gap = gap;
+        best.crossing = k;
+        best.brick = springls__table_node(brick, at, &node);
+        best.row = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7);
+        best.edge = 8 * best.row + (at[axis] & 7);
+    }
+    return best;
 }
 
 /* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
-SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int node)
+SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int cell)
 {
-    springls__surface_brick *best_brick = NULL;
-    float least = FLT_MAX;
-    int axis, side, k, best = 0, best_edge = 0, at[3];
+    springls__near_pair best = { FLT_MAX, -1, 0, 0, 0 };
+    springls__surface_brick *owner;
+    springls__crossing *crossing = job->contour.crossing;
+    int axis, side, end, at[3];
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 4; side++) {
-            int other, edge, begin;
-            springls__surface_brick *owner;
-            springls__node_of_brick(node, at);
+            springls__node_of_brick(cell, at);
             at[springls__axis_after(axis)] += side & 1;
             at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
-            other = springls__table_node(brick, at, &edge);
-            if (other < 0) continue;
-            owner = job->contour.brick + other;
-            edge = 3 * edge + axis;
-            begin = edge ? owner->edge_end[edge - 1] : 0;
-            for (k = begin; k + 1 < owner->edge_end[edge]; k++) {
-                const springls__crossing *pair = job->contour.crossing + owner->first_crossing + k;
-                const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
-                if (gap >= least) continue;
-                least = gap;
-                best_brick = owner;
-                best_edge = edge;
-                best = k;
-            }
+            best = springls__nearer_pair(job, brick, at, axis, best);
         }
-    if (best_brick) springls__remove_pair(job, best_brick, best_edge, best);
-    return best_brick != NULL;
+    if (best.brick < 0) return false;
+    owner = job->contour.brick + best.brick;
+    end = owner->begin[SPRINGLS__OF_CROSSINGS][best.row] + springls__count_of_row(owner, SPRINGLS__OF_CROSSINGS, best.row);
+    memmove(crossing + best.crossing, crossing + best.crossing + 2, (size_t)(end - best.crossing - 2) * sizeof *crossing);
+    owner->crossings[best.edge] = (uint8_t)(owner->crossings[best.edge] - 2);
+    return true;
 }
 
 /* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
@@ -27714,10 +28056,10 @@ SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *
 
 /* ---- the mesh ---- */
 
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals: of a mesh of springls; else NULL. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else NULL. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions, *normals;
-    int *triangles, vertex_count, triangle_count;
+    int *springls, *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
 
 /* Returns a vertex by its number in the table. */
@@ -27735,8 +28077,16 @@ SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface
     v.n = springls__add(k == 0 ? contour->crossing[arc->from].n : arc->rim,
                         k == arc->corners - 1 ? contour->crossing[arc->to].n : arc->rim);
     v.side = 0;
-    v.springl = -1;
+    v.springl = contour->crossing[k == 0 ? arc->from : arc->to].springl;
     return v;
+}
+
+SPRINGLS__FN void springls__use_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
+    mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
+    mesh->springls = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_SPRINGL].data;
+    mesh->triangles = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_CORNER].data;
 }
 
 /* Gathers the triangles of all bricks, and the vertices that they use in the order of their numbers. */
@@ -27755,18 +28105,18 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
         mesh->triangle_count += brick->triangles;
     }
     for (k = 0; k < numbers; k++) rank[k] = rank[k] ? ++mesh->vertex_count : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, 3 * (size_t)mesh->triangle_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, mesh->vertex_count));
-    mesh->positions = springls__surface_positions(&ctx->model);
-    mesh->triangles = springls__surface_corners(&ctx->model);
-    mesh->normals = springls__vertex_gradient(&ctx->model);
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_POSITION, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_NORMAL, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_SPRINGL, (size_t)mesh->vertex_count, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_CORNER, 3 * (size_t)mesh->triangle_count, sizeof(int)));
+    springls__use_surface_mesh(ctx, mesh);
     for (k = 0; k < numbers; k++) {
         springls__crossing v;
         if (rank[k] == 0) continue;
         v = springls__surface_vertex(job, k);
         mesh->positions[rank[k] - 1] = v.x;
         mesh->normals[rank[k] - 1] = v.n;
+        mesh->springls[rank[k] - 1] = v.springl;
     }
     for (b = 0; b < job->bricks; b++) {
         const springls__surface_brick *brick = job->contour.brick + b;
@@ -27795,8 +28145,8 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Makes the mesh that the springls show, on the host. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+/* Makes the mesh of what springls hold. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int count = ctx->model.set.count;
     springls__surface_job job;
@@ -27804,31 +28154,65 @@ SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, s
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_NORMAL, (size_t)count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CREASED, (size_t)count, 1));
-    job.contour.normal = job.normal = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_NORMAL].data;
-    job.contour.creased = job.creased = (uint8_t *)ctx->surface_memory[SPRINGLS__SURFACE_CREASED].data;
-    springls__parallel(ctx, count, 1024, springls__surface_normal_task, &job);
-    springls__parallel(ctx, count, 256, springls__surface_crease_task, &job);
     SPRINGLS__TRY(springls__surface_bricks(&job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
+    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
+    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
     SPRINGLS__TRY(springls__surface_hits(&job));
     SPRINGLS__TRY(springls__surface_crossings(&job));
     SPRINGLS__TRY(springls__surface_arcs(&job));
+    SPRINGLS__TRY(springls__reserve_triangles(&job));
     SPRINGLS__TRY(springls__surface_triangles(&job));
     SPRINGLS__TRY(springls__surface_gather(&job, mesh));
     springls__surface_normals(mesh);
     return SPRINGLS_OK;
 }
 
-/* Finds the correspondences and springls of the mesh's vertices, of springls that face the same way. */
+/* Returns the mesh of what springls hold, on the host. It is made where the model has changed since it was made last. The cell list must be
+   fresh. */
+SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    springls__raw_mesh kept;
+    size_t vertices, corners;
+    if (ctx->surface_version != ctx->model_version) {
+        ctx->surface_version = 0;
+        SPRINGLS__TRY(springls__make_surface_mesh(ctx, &kept));
+        ctx->surface_vertices = kept.vertex_count;
+        ctx->surface_triangles = kept.triangle_count;
+        ctx->surface_version = ctx->model_version;
+    }
+    memset(mesh, 0, sizeof *mesh);
+    vertices = (size_t)ctx->surface_vertices;
+    corners = 3 * (size_t)ctx->surface_triangles;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__use_surface_mesh(ctx, &kept);
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->normals = springls__vertex_gradient(&ctx->model);
+    mesh->springls = springls__vertex_springl(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    mesh->vertex_count = ctx->surface_vertices;
+    mesh->triangle_count = ctx->surface_triangles;
+    if (vertices == 0) return SPRINGLS_OK;
+    memcpy(mesh->positions, kept.positions, vertices * sizeof *mesh->positions);
+    memcpy(mesh->normals, kept.normals, vertices * sizeof *mesh->normals);
+    memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
+    memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
+    return SPRINGLS_OK;
+}
+
+/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
 SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
 {
     const springls__model *model = (const springls__model *)arg;
     for (; begin < end; begin++) {
         const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
-        const int nearest = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
-        springls__vertex_correspondence(model)[begin] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-        springls__vertex_springl(model)[begin] = nearest;
+        int *springl = springls__vertex_springl(model) + begin;
+        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
     }
 }
 
@@ -34226,7 +34610,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6430 \"springls.h\"\n",
+    "#line 6439 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -34252,7 +34636,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6457 \"springls.h\"\n",
+    "#line 6466 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -34341,7 +34725,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6547 \"springls.h\"\n",
+    "#line 6556 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34481,7 +34865,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6688 \"springls.h\"\n",
+    "#line 6697 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -34586,7 +34970,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6794 \"springls.h\"\n",
+    "#line 6803 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -34818,7 +35202,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7027 \"springls.h\"\n",
+    "#line 7036 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -34848,7 +35232,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7057 \"springls.h\"\n",
+    "#line 7066 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34863,7 +35247,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7073 \"springls.h\"\n",
+    "#line 7082 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35032,7 +35416,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7242 \"springls.h\"\n",
+    "#line 7251 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35047,7 +35431,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7257 \"springls.h\"\n",
+    "#line 7266 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35216,7 +35600,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7426 \"springls.h\"\n",
+    "#line 7435 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35270,7 +35654,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7481 \"springls.h\"\n",
+    "#line 7490 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35296,7 +35680,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7507 \"springls.h\"\n",
+    "#line 7516 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35311,7 +35695,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7532 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35394,7 +35778,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7606 \"springls.h\"\n",
+    "#line 7615 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35409,7 +35793,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7621 \"springls.h\"\n",
+    "#line 7630 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35492,7 +35876,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7704 \"springls.h\"\n",
+    "#line 7713 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -35566,7 +35950,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7779 \"springls.h\"\n",
+    "#line 7788 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -36119,7 +36503,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8333 \"springls.h\"\n",
+    "#line 8342 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -36215,7 +36599,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8430 \"springls.h\"\n",
+    "#line 8439 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36336,7 +36720,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8552 \"springls.h\"\n",
+    "#line 8561 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -36617,7 +37001,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8834 \"springls.h\"\n",
+    "#line 8843 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -36703,7 +37087,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8921 \"springls.h\"\n",
+    "#line 8930 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -36845,7 +37229,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9064 \"springls.h\"\n",
+    "#line 9073 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -37034,7 +37418,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9254 \"springls.h\"\n",
+    "#line 9263 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -37159,7 +37543,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9380 \"springls.h\"\n",
+    "#line 9389 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -37193,7 +37577,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9415 \"springls.h\"\n",
+    "#line 9424 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -37731,7 +38115,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9954 \"springls.h\"\n",
+    "#line 9963 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -37881,7 +38265,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10105 \"springls.h\"\n",
+    "#line 10114 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -37985,7 +38369,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10210 \"springls.h\"\n",
+    "#line 10219 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -38082,7 +38466,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10308 \"springls.h\"\n",
+    "#line 10317 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -38620,7 +39004,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10847 \"springls.h\"\n",
+    "#line 10856 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -38698,7 +39082,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10926 \"springls.h\"\n",
+    "#line 10935 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -38947,7 +39331,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11176 \"springls.h\"\n",
+    "#line 11185 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -38980,7 +39364,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11210 \"springls.h\"\n",
+    "#line 11219 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -39005,14 +39389,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11236 \"springls.h\"\n",
+    "#line 11245 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11243 \"springls.h\"\n",
+    "#line 11252 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39027,7 +39411,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11259 \"springls.h\"\n",
+    "#line 11268 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39153,7 +39537,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11385 \"springls.h\"\n",
+    "#line 11394 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39168,7 +39552,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11400 \"springls.h\"\n",
+    "#line 11409 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39294,7 +39678,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11527 \"springls.h\"\n",
+    "#line 11536 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -39586,7 +39970,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11820 \"springls.h\"\n",
+    "#line 11829 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -39695,7 +40079,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25409 \"springls.h\"\n",
+    "#line 25419 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -39703,11 +40087,13 @@ static const char *const springls__kernel_lines[] = {
     "   sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.\n",
     "\n",
     "   The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.\n",
-    "   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. */\n",
+    "   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. Hits and crossings are stored by rows of eight edges\n",
+    "   along their axis, arcs by rows of eight faces along x. */\n",
     "\n",
     "/* Lengths in voxels and costs, found by experiment. */\n",
     "#define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */\n",
     "#define SPRINGLS__LARGEST_HIT_RADIUS 2.5f\n",
+    "#define SPRINGLS__HIT_SHARE 0.65f       /* of the squared radius: hits beyond it weigh less than .015, and are left out           */\n",
     "#define SPRINGLS__TRIM_RADIUS 1.6f\n",
     "#define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */\n",
     "#define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */\n",
@@ -39715,6 +40101,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */\n",
     "#define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */\n",
     "#define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */\n",
+    "#define SPRINGLS__EDGE_MARGIN 0.15f     /* what hits beyond its ends an edge takes                                        */\n",
     "#define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */\n",
     "#define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)\n",
     "#define SPRINGLS__TRIM_GROUPS 6\n",
@@ -39724,8 +40111,14 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__EDGE_HITS 96\n",
     "#define SPRINGLS__EDGE_CROSSINGS 6\n",
     "\n",
+    "/* A springl as a point with a normal. home: the brick of the table that it is in, -1: none; creased: 1 beside springls that cut it off. */\n",
+    "typedef struct springls__surfel { springls__v3 p, n; int home, creased; } springls__surfel;\n",
+    "\n",
     "/* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */\n",
     "typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;\n",
+    "\n",
+    "/* A hit on a row: that is 192 times its brick, and the row there. */\n",
+    "typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;\n",
     "\n",
     "/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1\n",
     "   enters. springl: the one that counts most; -1: none. */\n",
@@ -39735,23 +40128,28 @@ static const char *const springls__kernel_lines[] = {
     "   corners; `rim` is the normal between two. */\n",
     "typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;\n",
     "\n",
-    "/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. edge_end, face_end: [3 * node + axis], crossings and arcs up\n",
-    "   to there. */\n",
+    "/* What a brick has in rows. */\n",
+    "#define SPRINGLS__OF_HITS 0\n",
+    "#define SPRINGLS__OF_CROSSINGS 1\n",
+    "#define SPRINGLS__OF_ARCS 2\n",
+    "#define SPRINGLS__TABLE_ROWS 192\n",
+    "\n",
+    "/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by\n",
+    "   8 row + place along the axis; its faces by 512 axis + node. */\n",
     "typedef struct springls__surface_brick {\n",
-    "    int origin[3], around[27];\n",
-    "    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */\n",
-    "    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */\n",
-    "    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1\n",
-    "                                                     where springls come; quiet: 1 where there are no hits around, either */\n",
-    "    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */\n",
-    "    int edge_end[1536], face_end[1536];\n",
-    "    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */\n",
+    "    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */\n",
+    "    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */\n",
+    "    int first_triangle, first_inner;    /* in the arrays of the contour */\n",
+    "    int triangles, inner, links;\n",
+    "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */\n",
+    "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
+    "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
+    "    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */\n",
     "} springls__surface_brick;\n",
     "\n",
     "typedef struct springls__contour {\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick;\n",
-    "    SPRINGLS__GLOBAL const springls__v3 *normal;     /* of springls                                */\n",
-    "    SPRINGLS__GLOBAL const uint8_t *creased;         /* of a springl: 1 beside others it is cut off by */\n",
+    "    SPRINGLS__GLOBAL const springls__surfel *surfel; /* of springls                                */\n",
     "    SPRINGLS__GLOBAL springls__hit *hit;\n",
     "    SPRINGLS__GLOBAL springls__crossing *crossing;\n",
     "    SPRINGLS__GLOBAL springls__arc *arc;\n",
@@ -39818,6 +40216,12 @@ static const char *const springls__kernel_lines[] = {
     "    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];\n",
     "}\n",
     "\n",
+    "/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */\n",
+    "SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)\n",
+    "{\n",
+    "    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];\n",
+    "}\n",
+    "\n",
     "/* Returns the node (u, v) beside axis, at x along it. */\n",
     "SPRINGLS__INNER int springls__line_node(int axis, int x, int line)\n",
     "{\n",
@@ -39837,37 +40241,75 @@ static const char *const springls__kernel_lines[] = {
     "} springls__trims;\n",
     "\n",
     "/* Returns whether springl `other` lies across a crease from springl i. */\n",
-    "SPRINGLS__INNER bool springls__across_crease(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i,\n",
-    "                                             int other)\n",
+    "SPRINGLS__INNER bool springls__across_crease(SPRINGLS__GLOBAL const springls__surfel *surfel, int i, int other)\n",
     "{\n",
-    "    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(normal[i], normal[other]);\n",
+    "    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(surfel[i].n, surfel[other].n);\n",
     "    if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;\n",
-    "    return springls__length2(springls__sub(model->set.s[other].p, model->set.s[i].p)) <= r * r;\n",
+    "    return springls__length2(springls__sub(surfel[other].p, surfel[i].p)) <= r * r;\n",
     "}\n",
     "\n",
     "/* Returns whether any springl lies across a crease from springl i. */\n",
-    "SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i)\n",
+    "SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel, int i)\n",
     "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, SPRINGLS__TRIM_RADIUS);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, surfel[i].p, SPRINGLS__TRIM_RADIUS);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(model, &walk)) >= 0)\n",
-    "        if (springls__across_crease(model, normal, i, other)) return true;\n",
+    "        if (springls__across_crease(surfel, i, other)) return true;\n",
     "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite\n",
+    "   ones, are within half the angle of a crease of one. */\n",
+    "SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,\n",
+    "                                           springls__v3 lower, springls__v3 upper)\n",
+    "{\n",
+    "    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
+    "                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
+    "    const int first = springls__cell_walk_next(model, &walk);\n",
+    "    int other;\n",
+    "    while (first >= 0 && (other = springls__cell_walk_next(model, &walk)) >= 0)\n",
+    "        if (springls__fabs(springls__dot(surfel[first].n, surfel[other].n)) < least) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds which springls of a brick of the grid are creased, by its eighths. */\n",
+    "SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);\n",
+    "    const float half = 4.0f;\n",
+    "    int o[3], eighth, row, k;\n",
+    "    uint32_t at;\n",
+    "    springls__slot_origin(&model->grid, slot, o);\n",
+    "    for (eighth = 0; eighth < 8; eighth++) {\n",
+    "        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;\n",
+    "        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));\n",
+    "        const springls__v3 upper = springls__v3_make(lower.x + half, lower.y + half, lower.z + half);\n",
+    "        int creased = -1; /* not known yet */\n",
+    "        for (row = 0; row < 4; row++) {\n",
+    "            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));\n",
+    "            for (at = cell[first]; at < cell[first + 2]; at++) {\n",
+    "                k = (int)model->cells.ids[at];\n",
+    "                if (creased < 0) creased = springls__has_creases(model, surfel, lower, upper);\n",
+    "                surfel[k].creased = creased && springls__is_creased(model, surfel, k);\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */\n",
     "SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,\n",
     "                                             springls__trims *trims)\n",
     "{\n",
-    "    const springls__v3 p = model->set.s[i].p, n = contour->normal[i];\n",
+    "    const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);\n",
     "    int other, g;\n",
     "    trims->count = trims->groups = 0;\n",
     "    while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {\n",
     "        springls__trim *trim = &trims->list[trims->count];\n",
-    "        springls__v3 d, m = contour->normal[other];\n",
-    "        if (!springls__across_crease(model, contour->normal, i, other)) continue;\n",
-    "        trim->p = model->set.s[other].p;\n",
+    "        springls__v3 d, m = contour->surfel[other].n;\n",
+    "        if (!springls__across_crease(contour->surfel, i, other)) continue;\n",
+    "        trim->p = contour->surfel[other].p;\n",
     "        d = springls__sub(trim->p, p);\n",
     "        trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);\n",
     "        for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;\n",
@@ -39903,11 +40345,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- hits ---- */\n",
     "\n",
-    "/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of a brick lie under it. */\n",
+    "/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of the grid lie under it. */\n",
     "typedef struct springls__disc {\n",
-    "    springls__v3 p;\n",
     "    float radius2, slope_b, slope_c, pb, pc, pa;\n",
-    "    int axis, lo[2], hi[2];\n",
+    "    int lo[2], hi[2];\n",
     "} springls__disc;\n",
     "\n",
     "SPRINGLS__INNER float springls__hit_radius(float bounding_radius)\n",
@@ -39915,31 +40356,27 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);\n",
     "}\n",
     "\n",
-    "/* Finds the disc of a springl for the lines of a brick along an axis; false: no line meets it. */\n",
-    "SPRINGLS__MATHS bool springls__disc_of(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i,\n",
-    "                                       springls__v3 n, int axis, springls__disc *disc)\n",
+    "/* Finds the disc of a springl for the lines along an axis; false: no line meets it. */\n",
+    "SPRINGLS__MATHS bool springls__disc_of(const springls__grid *g, springls__v3 p, springls__v3 n, float radius, int axis,\n",
+    "                                       springls__disc *disc)\n",
     "{\n",
-    "    const int other[2] = { springls__axis_after(axis), springls__axis_after(springls__axis_after(axis)) };\n",
-    "    const float na = springls__along(n, axis), r = springls__hit_radius(model->set.s[i].bounding_radius);\n",
-    "    int k;\n",
+    "    const int b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    const float na = springls__along(n, axis), nb = springls__along(n, b), nc = springls__along(n, c);\n",
+    "    const float r = radius * springls__sqrt(SPRINGLS__HIT_SHARE);\n",
+    "    float reach;\n",
     "    if (springls__fabs(na) < 0.03f) return false;\n",
-    "    disc->p = model->set.s[i].p;\n",
-    "    disc->axis = axis;\n",
-    "    disc->radius2 = r * r;\n",
-    "    disc->pa = springls__along(disc->p, axis);\n",
-    "    disc->pb = springls__along(disc->p, other[0]);\n",
-    "    disc->pc = springls__along(disc->p, other[1]);\n",
-    "    disc->slope_b = -springls__along(n, other[0]) / na;\n",
-    "    disc->slope_c = -springls__along(n, other[1]) / na;\n",
-    "    for (k = 0; k < 2; k++) {\n",
-    "        const float nk = springls__along(n, other[k]), at = springls__along(disc->p, other[k]);\n",
-    "        const float reach = r * springls__sqrt(springls__max(1.0f - nk * nk, 0.0f));\n",
-    "        const float first = (float)springls__imax(brick->origin[other[k]], 0);\n",
-    "        const float last = (float)(springls__imin(brick->origin[other[k]] + 8, model->grid.size[other[k]]) - 1);\n",
-    "        if (at + reach < first || at - reach > last) return false;\n",
-    "        disc->lo[k] = -(int)springls__floor(-springls__max(at - reach, first));\n",
-    "        disc->hi[k] = (int)springls__floor(springls__min(at + reach, last));\n",
-    "    }\n",
+    "    disc->radius2 = radius * radius;\n",
+    "    disc->pa = springls__along(p, axis);\n",
+    "    disc->pb = springls__along(p, b);\n",
+    "    disc->pc = springls__along(p, c);\n",
+    "    disc->slope_b = -nb / na;\n",
+    "    disc->slope_c = -nc / na;\n",
+    "    reach = r * springls__sqrt(springls__max(1.0f - nb * nb, 0.0f));\n",
+    "    disc->lo[0] = -(int)springls__floor(-springls__max(disc->pb - reach, 0.0f));\n",
+    "    disc->hi[0] = (int)springls__floor(springls__clamp(disc->pb + reach, -1.0f, (float)(g->size[b] - 1)));\n",
+    "    reach = r * springls__sqrt(springls__max(1.0f - nc * nc, 0.0f));\n",
+    "    disc->lo[1] = -(int)springls__floor(-springls__max(disc->pc - reach, 0.0f));\n",
+    "    disc->hi[1] = (int)springls__floor(springls__clamp(disc->pc + reach, -1.0f, (float)(g->size[c] - 1)));\n",
     "    return true;\n",
     "}\n",
     "\n",
@@ -39948,133 +40385,133 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;\n",
     "    const float d2 = da * da + db * db + dc * dc;\n",
-    "    if (d2 >= disc->radius2) return false;\n",
+    "    if (d2 >= SPRINGLS__HIT_SHARE * disc->radius2) return false;\n",
     "    hit->t = disc->pa + da;\n",
     "    hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Puts a hit into its line, in order. */\n",
-    "SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line,\n",
-    "                                       springls__hit hit)\n",
+    "/* Returns the row of the brick that a hit lies in, given the brick of its springl; -1: the table has none. */\n",
+    "SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surface_brick *home, int axis, float t, int u, int v)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__hit *all = contour->hit + brick->first_hit;\n",
-    "    uint32_t at = brick->line_end[line]++;\n",
-    "    for (; at > brick->line_begin[line] && all[at - 1].t > hit.t; at--) all[at] = all[at - 1];\n",
-    "    all[at] = hit;\n",
+    "    const int b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    int at[3], node, brick;\n",
+    "    at[axis] = (int)springls__floor(t) - home->origin[axis];\n",
+    "    at[b] = u - home->origin[b];\n",
+    "    at[c] = v - home->origin[c];\n",
+    "    brick = springls__table_node(home, at, &node);\n",
+    "    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);\n",
     "}\n",
     "\n",
-    "/* Marks the nodes at both ends of the edge that has a hit, `at` nodes along a line of a brick. */\n",
-    "SPRINGLS__INNER void springls__mark_beside_hit(SPRINGLS__GLOBAL springls__surface_brick *brick, int line, int at)\n",
+    "/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and\n",
+    "   the trimmed ones are counted too. */\n",
+    "SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,\n",
+    "                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)\n",
     "{\n",
-    "    int end;\n",
-    "    for (end = at + 1; at <= end; at++)\n",
-    "        if (at >= 0 && at < 8) {\n",
-    "            const int node = springls__line_node(line >> 6, at, line & 63);\n",
-    "            brick->beside_hits[node >> 5] |= 1u << (node & 31);\n",
-    "        }\n",
-    "}\n",
-    "\n",
-    "/* Finds the hits of springl i on the lines of a brick along an axis: counts them in line_end, or stores them. */\n",
-    "SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const springls__contour *contour, int b, int i, int axis,\n",
-    "                                            const springls__trims *trims, bool store)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const springls__v3 n = contour->normal[i];\n",
-    "    const int beside = springls__axis_after(axis), across = springls__axis_after(beside);\n",
-    "    const float first = (float)springls__imax(brick->origin[axis] - 1, 0);\n",
-    "    const float own = (float)springls__imax(brick->origin[axis], 0);\n",
-    "    const float last = (float)springls__imin(brick->origin[axis] + 8, model->grid.size[axis] - 1);\n",
+    "    const springls__surfel s = contour->surfel[i];\n",
+    "    const int b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    const float last = (float)(model->grid.size[axis] - 1);\n",
     "    springls__disc disc;\n",
-    "    int u, v;\n",
-    "    if (!springls__disc_of(model, brick, i, n, axis, &disc)) return;\n",
+    "    int u, v, n = 0;\n",
+    "    if (!springls__disc_of(&model->grid, s.p, s.n, springls__hit_radius(model->set.s[i].bounding_radius), axis, &disc)) return 0;\n",
     "    for (v = disc.lo[1]; v <= disc.hi[1]; v++)\n",
     "        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {\n",
-    "            const int line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
-    "            springls__hit hit;\n",
-    "            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;\n",
-    "            brick->hit = 1;\n",
-    "            if (!store) {\n",
-    "                brick->line_end[line] += hit.t >= own;\n",
-    "                continue;\n",
+    "            springls__row_hit found;\n",
+    "            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;\n",
+    "            if (out) {\n",
+    "                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);\n",
+    "                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);\n",
+    "                if (trims->count && springls__is_trimmed(trims, x)) continue;\n",
+    "                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);\n",
+    "                if (found.row < 0) continue;\n",
+    "                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;\n",
+    "                out[n] = found;\n",
     "            }\n",
-    "            if (trims->count) {\n",
-    "                springls__v3 x = springls__with_along(springls__zero3(), axis, hit.t);\n",
-    "                x = springls__with_along(springls__with_along(x, beside, (float)u), across, (float)v);\n",
-    "                if (springls__is_trimmed(trims, x)) continue;\n",
-    "            }\n",
-    "            springls__mark_beside_hit(brick, line, (int)springls__floor(hit.t) - brick->origin[axis]);\n",
-    "            hit.springl = springls__along(n, axis) > 0.0f ? i : ~i;\n",
-    "            if (hit.t >= own) springls__put_hit(contour, brick, line, hit);\n",
+    "            n++;\n",
     "        }\n",
+    "    return n;\n",
     "}\n",
     "\n",
-    "/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */\n",
-    "SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)\n",
+    "/* Finds the hits of springl i: see springls__disc_hits. */\n",
+    "SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const springls__contour *contour, int i,\n",
+    "                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)\n",
     "{\n",
-    "    const springls__v3 p = model->set.s[i].p;\n",
-    "    const float r = springls__hit_radius(model->set.s[i].bounding_radius);\n",
-    "    int k;\n",
-    "    for (k = 0; k < 3; k++) {\n",
-    "        const float at = springls__along(p, k) - (float)brick->origin[k];\n",
-    "        if (at + r < -1.0f || at - r > 8.0f) return false;\n",
-    "    }\n",
-    "    return true;\n",
+    "    int axis, n = 0;\n",
+    "    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;\n",
+    "    trims->count = 0;\n",
+    "    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);\n",
+    "    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);\n",
+    "    return n;\n",
     "}\n",
     "\n",
-    "/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */\n",
-    "SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
-    "                                          springls__trims *trims)\n",
+    "/* Puts a hit into its row: begin[row + 1] is where the row's next hit goes. */\n",
+    "SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, springls__row_hit found)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);\n",
-    "    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;\n",
-    "    springls__cell_walk walk;\n",
-    "    int i, axis;\n",
-    "    if (store && !brick->hit) return;\n",
-    "    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),\n",
-    "                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));\n",
-    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
-    "        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;\n",
-    "        trims->count = 0;\n",
-    "        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);\n",
-    "        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);\n",
-    "    }\n",
+    "    const int row = found.row % SPRINGLS__TABLE_ROWS;\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + found.row / SPRINGLS__TABLE_ROWS;\n",
+    "    contour->hit[brick->begin[SPRINGLS__OF_HITS][row + 1]++] = found.hit;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)\n",
+    "{\n",
+    "    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));\n",
+    "}\n",
+    "\n",
+    "/* Sorts the hits of each row of brick b. */\n",
+    "SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];\n",
+    "    int row, k;\n",
+    "    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)\n",
+    "        for (k = begin[row] + 1; k < begin[row + 1]; k++) {\n",
+    "            const springls__hit hit = contour->hit[k];\n",
+    "            int at = k;\n",
+    "            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];\n",
+    "            contour->hit[at] = hit;\n",
+    "        }\n",
     "}\n",
     "\n",
     "/* ---- lines ---- */\n",
     "\n",
-    "/* What is known along a line: a hit (side 1 or -1), or a node and what speaks against its being on a side. */\n",
-    "typedef struct springls__event { float t, cost[2]; int side, node; } springls__event;\n",
+    "/* What is known along a line: a hit (side 1 or -1) and its weight, or a node and what speaks against its being inside; node: -1 for one of\n",
+    "   another brick. */\n",
+    "typedef struct springls__event { float t, cost; int side, node; } springls__event;\n",
     "\n",
     "/* Working memory of one brick. */\n",
     "typedef struct springls__line_work {\n",
     "    springls__hit hit[SPRINGLS__LINE_HITS];\n",
     "    springls__event event[SPRINGLS__LINE_EVENTS];\n",
     "    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];\n",
-    "    int group[SPRINGLS__EDGE_HITS], path[SPRINGLS__EDGE_HITS][2];\n",
-    "    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */\n",
+    "    int group[SPRINGLS__EDGE_HITS], came[SPRINGLS__EDGE_HITS];\n",
+    "    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; those from begin[1] to begin[2] are the brick's own */\n",
     "} springls__line_work;\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b, int line)\n",
+    "{\n",
+    "    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
+    "}\n",
     "\n",
     "/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the\n",
     "   nearest are taken. */\n",
     "SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                           int line, bool weighed, springls__line_work *work)\n",
     "{\n",
-    "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
+    "    const int axis = line >> 6;\n",
     "    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;\n",
     "    float least = 0.0f;\n",
     "    int k, all;\n",
+    "    work->line = line;\n",
+    "    work->axis = axis;\n",
     "    do {\n",
     "        work->hits = all = 0;\n",
     "        for (k = 0; k < 3; k++) {\n",
-    "            const int b = brick->around[13 + (k - 1) * stride];\n",
-    "            SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;\n",
-    "            uint32_t at;\n",
+    "            const int b = springls__brick_beside(brick, axis, k - 1);\n",
+    "            int at, end;\n",
     "            work->begin[k] = work->hits;\n",
-    "            if (b < 0) continue;\n",
-    "            for (at = other->line_begin[line]; at < other->line_end[line]; at++) {\n",
-    "                const springls__hit hit = contour->hit[other->first_hit + at];\n",
+    "            if (!springls__has_hits(contour, b, line)) continue;\n",
+    "            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
+    "            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {\n",
+    "                const springls__hit hit = contour->hit[at];\n",
     "                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;\n",
     "                if (all++ < SPRINGLS__LINE_HITS) {\n",
     "                    work->hit[work->hits] = hit;\n",
@@ -40085,8 +40522,6 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        least = least > 0.0f ? 2.0f * least : 1e-3f;\n",
     "    } while (all > SPRINGLS__LINE_HITS);\n",
-    "    work->line = line;\n",
-    "    work->axis = axis;\n",
     "}\n",
     "\n",
     "/* Returns the place at t along a line of a brick. */\n",
@@ -40100,7 +40535,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends\n",
     "   there. */\n",
-    "SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,\n",
+    "SPRINGLS__MATHS float springls__share_of_run(const springls__contour *contour,\n",
     "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,\n",
     "                                             const springls__line_work *work)\n",
     "{\n",
@@ -40120,10 +40555,10 @@ static const char *const springls__kernel_lines[] = {
     "        springls__v3 d;\n",
     "        float w;\n",
     "        if (springls__hit_side(work->hit[k]) != side) continue;\n",
-    "        d = springls__sub(model->set.s[i].p, x);\n",
+    "        d = springls__sub(contour->surfel[i].p, x);\n",
     "        w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;\n",
     "        aside = springls__mad(aside, d, w);\n",
-    "        n = springls__mad(n, contour->normal[i], w);\n",
+    "        n = springls__mad(n, contour->surfel[i].n, w);\n",
     "        sum += w;\n",
     "    }\n",
     "    aside = springls__scale(aside, 1.0f / sum);\n",
@@ -40132,9 +40567,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);\n",
     "}\n",
     "\n",
-    "/* Weighs the hits of a gathered line, run by run of one orientation. */\n",
-    "SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,\n",
-    "                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "/* Weighs the hits of a gathered line, run by run of one orientation with some of the brick's own. */\n",
+    "SPRINGLS__MATHS void springls__weigh_runs(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                          springls__line_work *work)\n",
     "{\n",
     "    int side, first, k, end;\n",
@@ -40145,67 +40579,126 @@ static const char *const springls__kernel_lines[] = {
     "            if (springls__hit_side(work->hit[first]) != side) continue;\n",
     "            for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)\n",
     "                if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);\n",
-    "            share = springls__share_of_run(model, contour, brick, first, end, side, work);\n",
+    "            if (end <= work->begin[1] || first >= work->begin[2]) continue;\n",
+    "            share = springls__share_of_run(contour, brick, first, end, side, work);\n",
     "            if (share == 1.0f) continue;\n",
     "            for (k = first; k < end; k++)\n",
     "                if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;\n",
     "        }\n",
     "}\n",
     "\n",
+    "/* Marks the nodes of a row at the ends of edges with hits. */\n",
+    "SPRINGLS__MATHS void springls__mark_beside_hits(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int row)\n",
+    "{\n",
+    "    const int axis = row >> 6, before = springls__brick_beside(brick, axis, -1), end = brick->begin[SPRINGLS__OF_HITS][row + 1];\n",
+    "    uint32_t edges = 0u;\n",
+    "    int k;\n",
+    "    for (k = brick->begin[SPRINGLS__OF_HITS][row]; k < end; k++)\n",
+    "        edges |= 2u << ((int)springls__floor(contour->hit[k].t) - brick->origin[axis]);\n",
+    "    if (springls__has_hits(contour, before, row)\n",
+    "        && contour->hit[contour->brick[before].begin[SPRINGLS__OF_HITS][row + 1] - 1].t >= (float)brick->origin[axis] - 1.0f) edges |= 1u;\n",
+    "    edges |= edges >> 1; /* of the edge before a node, and of its own */\n",
+    "    for (k = 0; k < 8; k++)\n",
+    "        if (edges >> k & 1u) {\n",
+    "            const int node = springls__line_node(axis, k, row & 63);\n",
+    "            brick->beside_hits[node >> 5] |= 1u << (node & 31);\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* Weighs the hits of brick b, and marks the nodes beside them. Precondition: all are sorted. */\n",
+    "SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int b, springls__line_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];\n",
+    "    int row, at, k;\n",
+    "    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {\n",
+    "        const bool some = springls__has_hits(contour, b, row);\n",
+    "        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))\n",
+    "            springls__mark_beside_hits(contour, brick, row);\n",
+    "        if (!some) continue;\n",
+    "        springls__gather_line(contour, brick, row, false, work);\n",
+    "        springls__weigh_runs(contour, brick, work);\n",
+    "        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */\n",
+    "            while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;\n",
+    "            contour->hit[at].weight = work->hit[k].weight;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* ---- sides of nodes ---- */\n",
     "\n",
-    "/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */\n",
-    "typedef struct springls__side_path { float cost[2], since[2]; } springls__side_path;\n",
+    "/* The cheapest costs of being outside and inside at a place, and where the last crossing to each side was. */\n",
+    "typedef struct springls__side_path { float outside, inside, left, entered; } springls__side_path;\n",
     "\n",
     "SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)\n",
     "{\n",
     "    springls__side_path path;\n",
-    "    path.cost[0] = outside;\n",
-    "    path.cost[1] = inside;\n",
-    "    path.since[0] = path.since[1] = -1e9f;\n",
+    "    path.outside = outside;\n",
+    "    path.inside = inside;\n",
+    "    path.left = path.entered = -1e9f;\n",
     "    return path;\n",
     "}\n",
     "\n",
-    "/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and\n",
-    "   4 where the hit is explained. */\n",
-    "SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, int to, int came[2])\n",
+    "/* The cost of the side that a hit leads to, where the last crossing there was, and how it is reached: 1 from that side itself, 5 in a run,\n",
+    "   4 by crossing here. */\n",
+    "typedef struct springls__side_reached { float cost, since; int came; } springls__side_reached;\n",
+    "\n",
+    "SPRINGLS__INNER springls__side_reached springls__reach_side(float from, float to, float since, float t, float weight)\n",
     "{\n",
-    "    const int from = 1 - to;\n",
-    "    const bool in_run = springls__fabs(t - path.since[to]) <= SPRINGLS__RUN_LENGTH;\n",
-    "    springls__side_path next = path;\n",
-    "    next.cost[to] += in_run ? 0.0f : weight;\n",
-    "    next.cost[from] += weight;\n",
-    "    came[to] = to | (in_run ? 4 : 0);\n",
-    "    came[from] = from;\n",
-    "    if (path.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {\n",
-    "        next.cost[to] = path.cost[from] + SPRINGLS__CROSSING_COST;\n",
-    "        next.since[to] = t;\n",
-    "        came[to] = from | 4;\n",
+    "    springls__side_reached next;\n",
+    "    const bool in_run = springls__fabs(t - since) <= SPRINGLS__RUN_LENGTH;\n",
+    "    next.cost = in_run ? to : to + weight;\n",
+    "    next.since = since;\n",
+    "    next.came = in_run ? 5 : 1;\n",
+    "    if (from + SPRINGLS__CROSSING_COST < next.cost) {\n",
+    "        next.cost = from + SPRINGLS__CROSSING_COST;\n",
+    "        next.since = t;\n",
+    "        next.came = 4;\n",
     "    }\n",
     "    return next;\n",
     "}\n",
     "\n",
-    "/* Goes on over a node, where the side may change without a hit. */\n",
-    "SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, const float cost[2])\n",
+    "/* Goes on over a hit that enters or leaves; weight: what it costs to leave it unexplained. came: how the side that it leads to is\n",
+    "   reached. */\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, bool enters, int *came)\n",
+    "{\n",
+    "    const springls__side_reached next = enters ? springls__reach_side(path.outside, path.inside, path.entered, t, weight)\n",
+    "                                               : springls__reach_side(path.inside, path.outside, path.left, t, weight);\n",
+    "    *came = next.came;\n",
+    "    if (enters) {\n",
+    "        path.inside = next.cost;\n",
+    "        path.entered = next.since;\n",
+    "        path.outside += weight;\n",
+    "    } else {\n",
+    "        path.outside = next.cost;\n",
+    "        path.left = next.since;\n",
+    "        path.inside += weight;\n",
+    "    }\n",
+    "    return path;\n",
+    "}\n",
+    "\n",
+    "/* Goes on over a node, where the side may change without a hit; evidence: what speaks against inside, or below 0 against outside. */\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, float evidence)\n",
     "{\n",
     "    springls__side_path next = path;\n",
-    "    int s;\n",
-    "    for (s = 0; s < 2; s++) {\n",
-    "        if (path.cost[1 - s] + SPRINGLS__CHANGE_COST < path.cost[s]) {\n",
-    "            next.cost[s] = path.cost[1 - s] + SPRINGLS__CHANGE_COST;\n",
-    "            next.since[s] = -1e9f;\n",
-    "        }\n",
-    "        next.cost[s] += cost[s];\n",
+    "    if (path.inside + SPRINGLS__CHANGE_COST < path.outside) {\n",
+    "        next.outside = path.inside + SPRINGLS__CHANGE_COST;\n",
+    "        next.left = -1e9f;\n",
     "    }\n",
+    "    if (path.outside + SPRINGLS__CHANGE_COST < path.inside) {\n",
+    "        next.inside = path.outside + SPRINGLS__CHANGE_COST;\n",
+    "        next.entered = -1e9f;\n",
+    "    }\n",
+    "    next.outside += springls__max(-evidence, 0.0f);\n",
+    "    next.inside += springls__max(evidence, 0.0f);\n",
     "    return next;\n",
     "}\n",
     "\n",
-    "SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, const springls__event *event, bool forward)\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, springls__event event, bool forward)\n",
     "{\n",
-    "    const float cost[2] = { event->cost[0], event->cost[1] };\n",
-    "    int came[2];\n",
-    "    if (event->side == 0) return springls__side_path_over_node(path, cost);\n",
-    "    return springls__side_path_over_hit(path, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);\n",
+    "    int came;\n",
+    "    if (event.side == 0) return springls__side_path_over_node(path, event.cost);\n",
+    "    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);\n",
     "}\n",
     "\n",
     "/* Returns what phi says about a node: below 0 inside. */\n",
@@ -40216,43 +40709,49 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? -weight : weight;\n",
     "}\n",
     "\n",
+    "/* Returns phi at a node of a brick of the table. */\n",
+    "SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOBAL const springls__surface_brick *brick, int node)\n",
+    "{\n",
+    "    int at[3];\n",
+    "    if (brick->slot >= 0) return g->phi[(size_t)brick->slot * SPRINGLS__BRICK_VOXELS + (size_t)node];\n",
+    "    springls__place_of_node(brick, node, at);\n",
+    "    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "}\n",
+    "\n",
+    "/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */\n",
+    "SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
+    "    if (b < 0) return springls__phi_evidence(1.0f, false);\n",
+    "    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));\n",
+    "}\n",
+    "\n",
     "/* Lists hits [first, end) of the line and the nodes between and around them, in order. */\n",
     "SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,\n",
     "                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,\n",
     "                                           springls__line_work *work)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
+    "    const int axis = work->axis, o = brick->origin[axis];\n",
     "    const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));\n",
     "    const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));\n",
-    "    const springls__v3 line = springls__line_place(brick, work->line, 0.0f);\n",
-    "    int at[3], x, n = 0, k = first;\n",
-    "    at[0] = (int)line.x;\n",
-    "    at[1] = (int)line.y;\n",
-    "    at[2] = (int)line.z;\n",
+    "    int x, n = 0, k = first;\n",
     "    for (x = from; x <= to + 1; x++) {\n",
-    "        springls__event *event;\n",
-    "        float evidence;\n",
-    "        int b, node;\n",
+    "        springls__event event;\n",
     "        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {\n",
-    "            event = &work->event[n++];\n",
-    "            event->t = work->hit[k].t;\n",
-    "            event->side = springls__hit_side(work->hit[k]);\n",
-    "            event->cost[0] = event->cost[1] = work->hit[k].weight;\n",
-    "            event->node = -1;\n",
+    "            event.t = work->hit[k].t;\n",
+    "            event.side = springls__hit_side(work->hit[k]);\n",
+    "            event.cost = work->hit[k].weight;\n",
+    "            event.node = -1;\n",
+    "            work->event[n++] = event;\n",
     "        }\n",
     "        if (x > to) break;\n",
-    "        b = brick->around[13 + ((x - o) >> 3) * stride];\n",
-    "        node = springls__line_node(axis, x & 7, work->line & 63);\n",
-    "        at[axis] = x;\n",
-    "        evidence = springls__phi_evidence(springls__grid_phi(g, g->phi, at[0], at[1], at[2]),\n",
-    "                                          b >= 0 && springls__bit_of(contour->brick[b].beside_hits, node));\n",
-    "        event = &work->event[n++];\n",
-    "        event->t = (float)x;\n",
-    "        event->side = 0;\n",
-    "        event->cost[0] = springls__max(-evidence, 0.0f);\n",
-    "        event->cost[1] = springls__max(evidence, 0.0f);\n",
-    "        event->node = x >= o && x < o + 8 ? node : -1;\n",
+    "        event.node = springls__line_node(axis, x & 7, work->line & 63);\n",
+    "        event.t = (float)x;\n",
+    "        event.side = 0;\n",
+    "        event.cost = springls__node_evidence(g, contour, springls__brick_beside(brick, axis, (x - o) >> 3), event.node);\n",
+    "        if (x < o || x >= o + 8) event.node = -1;\n",
+    "        work->event[n++] = event;\n",
     "    }\n",
     "    work->events = n;\n",
     "}\n",
@@ -40263,39 +40762,31 @@ static const char *const springls__kernel_lines[] = {
     "    springls__side_path path = springls__side_path_begin(0.0f, 0.0f);\n",
     "    int k;\n",
     "    for (k = 0; k < work->events; k++) {\n",
-    "        path = springls__side_path_over(path, &work->event[k], true);\n",
-    "        work->forward[k][0] = path.cost[0];\n",
-    "        work->forward[k][1] = path.cost[1];\n",
+    "        path = springls__side_path_over(path, work->event[k], true);\n",
+    "        if (work->event[k].node < 0) continue;\n",
+    "        work->forward[k][0] = path.outside;\n",
+    "        work->forward[k][1] = path.inside;\n",
     "    }\n",
     "    path = springls__side_path_begin(0.0f, 0.0f);\n",
     "    for (k = work->events - 1; k >= 0; k--) {\n",
     "        const int node = work->event[k].node;\n",
     "        if (node >= 0)\n",
-    "            work->margin[node] += springls__clamp(work->forward[k][1] + path.cost[1] - (work->forward[k][0] + path.cost[0]), -1.0f,\n",
-    "                                                  1.0f);\n",
-    "        path = springls__side_path_over(path, &work->event[k], false);\n",
+    "            work->margin[node] += springls__clamp(work->forward[k][1] + path.inside - (work->forward[k][0] + path.outside), -1.0f, 1.0f);\n",
+    "        path = springls__side_path_over(path, work->event[k], false);\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */\n",
+    "/* Votes along a line for its nodes, in parts where hits are less than four voxels apart. */\n",
     "SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,\n",
     "                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,\n",
     "                                            springls__line_work *work)\n",
     "{\n",
-    "    int first, end, k;\n",
-    "    uint32_t at;\n",
-    "    springls__gather_line(contour, brick, line, false, work);\n",
-    "    if (work->hits == 0) return;\n",
-    "    springls__weigh_line(model, contour, brick, work);\n",
+    "    int first, end;\n",
+    "    springls__gather_line(contour, brick, line, true, work);\n",
     "    for (first = 0; first < work->hits; first = end) {\n",
     "        for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;\n",
     "        springls__list_line_events(model, contour, brick, first, end, work);\n",
     "        springls__vote_for_nodes(work);\n",
-    "    }\n",
-    "    at = brick->first_hit + brick->line_begin[line];\n",
-    "    for (k = work->begin[1]; k < work->begin[2]; k++) { /* in the same order; those left out of too many keep their own */\n",
-    "        while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;\n",
-    "        contour->hit[at].weight = work->hit[k].weight;\n",
     "    }\n",
     "}\n",
     "\n",
@@ -40305,16 +40796,21 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int line, node, at[3];\n",
-    "    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;\n",
-    "    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);\n",
+    "    int line, node, k, at[3];\n",
+    "    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)\n",
+    "        for (k = -1; k < 2; k++)\n",
+    "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
+    "                springls__vote_on_line(model, contour, brick, line, work);\n",
+    "                break;\n",
+    "            }\n",
     "    for (node = 0; node < 16; node++) brick->inside[node] = 0u;\n",
     "    for (node = 0; node < 512; node++) {\n",
-    "        float value;\n",
-    "        springls__place_of_node(brick, node, at);\n",
-    "        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "        float value = springls__node_phi(g, brick, node);\n",
     "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
-    "        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);\n",
+    "        if (!(value < 0.0f)) continue;\n",
+    "        springls__place_of_node(brick, node, at);\n",
+    "        if (brick->slot >= 0 || springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -40322,8 +40818,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes\n",
     "   and particles. */\n",
-    "SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,\n",
-    "                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,\n",
+    "SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__contour *contour,\n",
+    "                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits,\n",
     "                                                            int which, const springls__line_work *work)\n",
     "{\n",
     "    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;\n",
@@ -40332,12 +40828,12 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__zero3(), aside = springls__zero3();\n",
     "    float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;\n",
     "    int k;\n",
-    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "    for (k = 0; k < hits; k++) {\n",
     "        const springls__hit hit = work->hit[first + k];\n",
     "        springls__v3 d;\n",
     "        float w;\n",
     "        if (work->group[k] != which) continue;\n",
-    "        d = springls__sub(springls__line_place(brick, work->line, hit.t), model->set.s[springls__hit_springl(hit)].p);\n",
+    "        d = springls__sub(springls__line_place(brick, work->line, hit.t), contour->surfel[springls__hit_springl(hit)].p);\n",
     "        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);\n",
     "        sum += w;\n",
     "        t += w * hit.t;\n",
@@ -40345,18 +40841,18 @@ static const char *const springls__kernel_lines[] = {
     "    found.x = springls__line_place(brick, work->line, t / sum);\n",
     "    found.side = found.springl = 0;\n",
     "    sum = 0.0f;\n",
-    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "    for (k = 0; k < hits; k++) {\n",
     "        const springls__hit hit = work->hit[first + k];\n",
     "        const int i = springls__hit_springl(hit);\n",
     "        springls__v3 d;\n",
     "        float w;\n",
     "        if (work->group[k] != which) continue;\n",
-    "        d = springls__sub(found.x, model->set.s[i].p);\n",
+    "        d = springls__sub(found.x, contour->surfel[i].p);\n",
     "        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);\n",
     "        sum += w;\n",
-    "        n = springls__mad(n, contour->normal[i], w);\n",
+    "        n = springls__mad(n, contour->surfel[i].n, w);\n",
     "        aside = springls__mad(aside, d, w);\n",
-    "        height += w * springls__dot(contour->normal[i], d);\n",
+    "        height += w * springls__dot(contour->surfel[i].n, d);\n",
     "        found.side = springls__hit_side(hit);\n",
     "        if (w > best) {\n",
     "            best = w;\n",
@@ -40374,8 +40870,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the\n",
     "   intersection of the two, or their union. */\n",
-    "SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,\n",
-    "                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,\n",
+    "SPRINGLS__MATHS springls__crossing springls__place_run(const springls__contour *contour,\n",
+    "                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits, int run,\n",
     "                                                       springls__line_work *work)\n",
     "{\n",
     "    const int second_side = SPRINGLS__EDGE_HITS + run;\n",
@@ -40384,53 +40880,47 @@ static const char *const springls__kernel_lines[] = {
     "    float one_t, two_t;\n",
     "    bool convex, some = false;\n",
     "    int k, best = -1;\n",
-    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++)\n",
+    "    for (k = 0; k < hits; k++)\n",
     "        if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;\n",
-    "    d = contour->normal[springls__hit_springl(work->hit[first + best])];\n",
-    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "    d = contour->surfel[springls__hit_springl(work->hit[first + best])].n;\n",
+    "    for (k = 0; k < hits; k++) {\n",
     "        if (work->group[k] != run) continue;\n",
-    "        if (springls__dot(contour->normal[springls__hit_springl(work->hit[first + k])], d) > SPRINGLS__CREASE_COSINE) continue;\n",
+    "        if (springls__dot(contour->surfel[springls__hit_springl(work->hit[first + k])].n, d) > SPRINGLS__CREASE_COSINE) continue;\n",
     "        work->group[k] = second_side;\n",
     "        some = true;\n",
     "    }\n",
-    "    one = springls__place_crossing(model, contour, brick, first, run, work);\n",
+    "    one = springls__place_crossing(contour, brick, first, hits, run, work);\n",
     "    if (!some) return one;\n",
-    "    two = springls__place_crossing(model, contour, brick, first, second_side, work);\n",
-    "    d = springls__sub(model->set.s[two.springl].p, model->set.s[one.springl].p);\n",
+    "    two = springls__place_crossing(contour, brick, first, hits, second_side, work);\n",
+    "    d = springls__sub(contour->surfel[two.springl].p, contour->surfel[one.springl].p);\n",
     "    convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;\n",
     "    one_t = springls__along(one.x, work->axis);\n",
     "    two_t = springls__along(two.x, work->axis);\n",
     "    return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */\n",
     "}\n",
     "\n",
-    "/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits\n",
-    "   from `first` on; -1: of none. Returns how many there are. */\n",
-    "SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)\n",
+    "/* Numbers the runs of the first n hits from `first` on, which explain best how the line comes from one side to the other: work->group of\n",
+    "   each; -1: of none. Returns how many there are. */\n",
+    "SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int to, springls__line_work *work)\n",
     "{\n",
     "    springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);\n",
-    "    int n = 0, k, side = to, runs = 0, came[2];\n",
+    "    int k, side = to, runs = 0;\n",
     "    bool open = false;\n",
-    "    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {\n",
-    "        const springls__hit hit = work->hit[first + n];\n",
-    "        work->group[n] = -1;\n",
-    "        work->path[n][0] = 0;\n",
-    "        work->path[n][1] = 1;\n",
+    "    for (k = 0; k < n; k++) {\n",
+    "        const springls__hit hit = work->hit[first + k];\n",
+    "        work->group[k] = -1;\n",
+    "        work->came[k] = 0;\n",
     "        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;\n",
-    "        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,\n",
-    "                                     springls__hit_side(hit) < 0 ? 1 : 0, came);\n",
-    "        work->path[n][0] = came[0];\n",
-    "        work->path[n][1] = came[1];\n",
+    "        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight, springls__hit_side(hit) < 0,\n",
+    "                                            &work->came[k]);\n",
     "    }\n",
-    "    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;\n",
-    "    if (path.cost[to] > 1e8f) return 0;\n",
+    "    if ((to ? path.inside : path.outside) > 1e8f) return 0;\n",
     "    for (k = n - 1; k >= 0; k--) {\n",
-    "        const int before = work->path[k][side] & 3;\n",
-    "        if (work->path[k][side] & 4) {\n",
-    "            if (!open) runs++;\n",
-    "            work->group[k] = runs - 1;\n",
-    "            open = before == side;\n",
-    "        }\n",
-    "        side = before;\n",
+    "        if (work->came[k] < 4 || (springls__hit_side(work->hit[first + k]) < 0) != side) continue; /* this side is not reached by it */\n",
+    "        if (!open) runs++;\n",
+    "        work->group[k] = runs - 1;\n",
+    "        open = work->came[k] == 5;\n",
+    "        if (!open) side = 1 - side;\n",
     "    }\n",
     "    for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */\n",
     "        if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];\n",
@@ -40438,19 +40928,16 @@ static const char *const springls__kernel_lines[] = {
     "    return runs;\n",
     "}\n",
     "\n",
-    "/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */\n",
-    "SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)\n",
+    "/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */\n",
+    "SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)\n",
     "{\n",
     "    int k, best = -1;\n",
-    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)\n",
-    "        if (springls__hit_side(work->hit[first + k]) == side\n",
-    "            && (best < 0 || springls__fabs(work->hit[first + k].t - x - 0.5f) < springls__fabs(work->hit[first + best].t - x - 0.5f)))\n",
-    "            best = k;\n",
-    "    for (k = 0; best >= 0 && first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
-    "        const bool with = springls__fabs(work->hit[first + k].t - work->hit[first + best].t) < 0.3f\n",
-    "                          && springls__hit_side(work->hit[first + k]) == side;\n",
-    "        work->group[k] = with ? 0 : -1;\n",
-    "    }\n",
+    "    for (k = first; k < first + n; k++)\n",
+    "        if (springls__hit_side(work->hit[k]) == side\n",
+    "            && (best < 0 || springls__fabs(work->hit[k].t - x - 0.5f) < springls__fabs(work->hit[best].t - x - 0.5f))) best = k;\n",
+    "    for (k = first; best >= 0 && k < first + n; k++)\n",
+    "        work->group[k - first] = springls__hit_side(work->hit[k]) == side\n",
+    "                              && springls__fabs(work->hit[k].t - work->hit[best].t) < 0.3f ? 0 : -1;\n",
     "    return best >= 0;\n",
     "}\n",
     "\n",
@@ -40486,129 +40973,188 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds the crossings of the edge that begins at node `at`, x along the gathered line; from, to: whether its ends are inside. Returns how\n",
-    "   many; writes them unless `out` is NULL. */\n",
+    "/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are\n",
+    "   inside. Returns how many. */\n",
     "SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,\n",
     "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,\n",
     "                                             int from, int to, springls__line_work *work,\n",
     "                                             SPRINGLS__GLOBAL springls__crossing *out)\n",
     "{\n",
     "    const float x = (float)at[work->axis];\n",
-    "    int runs = springls__find_runs(first, x, from, to, work), k;\n",
+    "    int n = 0, runs, k;\n",
+    "    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;\n",
+    "    runs = springls__find_runs(first, n, x, from, to, work);\n",
+    "    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);\n",
     "    if (runs == 0 && from != to) {\n",
-    "        runs = springls__find_weak_run(first, x, from ? 1 : -1, work);\n",
-    "        if (runs == 0 && out) out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);\n",
-    "        if (runs == 0) return 1;\n",
+    "        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);\n",
+    "        return 1;\n",
     "    }\n",
-    "    for (k = 0; out && k < runs; k++) out[k] = springls__place_run(model, contour, brick, first, k, work);\n",
-    "    if (out) springls__order_crossings(out, runs, work->axis, x);\n",
+    "    for (k = 0; k < runs; k++) out[k] = springls__place_run(contour, brick, first, n, k, work);\n",
+    "    springls__order_crossings(out, runs, work->axis, x);\n",
     "    return runs;\n",
     "}\n",
     "\n",
-    "/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */\n",
-    "SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,\n",
-    "                                              bool store, springls__line_work *work)\n",
+    "/* Returns whether the node `at` along a line of a brick is inside; beyond the table none is. */\n",
+    "SPRINGLS__INNER int springls__line_side(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,\n",
+    "                                        int at)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];\n",
-    "    int x, first = 0, at[3];\n",
-    "    springls__gather_line(contour, brick, line, true, work);\n",
-    "    for (x = 0; x < 8; x++) {\n",
-    "        const int node = springls__line_node(axis, x, line & 63), after = springls__line_node(axis, (x + 1) & 7, line & 63);\n",
-    "        const int edge = 3 * node + axis, from = springls__bit_of(brick->inside, node);\n",
-    "        const float t = (float)(brick->origin[axis] + x);\n",
-    "        int to = from;\n",
-    "        if (x < 7) to = springls__bit_of(brick->inside, after);\n",
-    "        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);\n",
-    "        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;\n",
-    "        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;\n",
-    "        springls__place_of_node(brick, node, at);\n",
-    "        if (!store) {\n",
-    "            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);\n",
-    "        } else {\n",
-    "            const int begin = edge ? brick->edge_end[edge - 1] : 0;\n",
-    "            if (brick->edge_end[edge] > begin)\n",
-    "                springls__edge_crossings(model, contour, brick, at, first, from, to, work,\n",
-    "                                         contour->crossing + brick->first_crossing + begin);\n",
+    "    const int axis = line >> 6, b = springls__brick_beside(brick, axis, at >> 3);\n",
+    "    return b >= 0 && springls__bit_of(contour->brick[b].inside, springls__line_node(axis, at & 7, line & 63)) ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "/* Returns, as bits, which nodes of word w of a brick's sides differ from the next one along an axis. The last brick's last nodes do not. */\n",
+    "SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                                int axis, int w)\n",
+    "{\n",
+    "    const int next = springls__brick_beside(brick, axis, 1);\n",
+    "    const uint32_t own = brick->inside[w];\n",
+    "    uint32_t after;\n",
+    "    if (axis == 0) {\n",
+    "        after = next < 0 ? own : contour->brick[next].inside[w] << 7;\n",
+    "        after = (own >> 1 & 0x7f7f7f7fu) | (after & 0x80808080u);\n",
+    "    } else if (axis == 1) {\n",
+    "        after = w % 2 == 0 ? brick->inside[w + 1] << 24 : next < 0 ? own & 0xff000000u : contour->brick[next].inside[w - 1] << 24;\n",
+    "        after |= own >> 8;\n",
+    "    } else {\n",
+    "        after = w < 14 ? brick->inside[w + 2] : next < 0 ? own : contour->brick[next].inside[w - 14];\n",
+    "    }\n",
+    "    return own ^ after;\n",
+    "}\n",
+    "\n",
+    "/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */\n",
+    "SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],\n",
+    "                                              int leaving[8])\n",
+    "{\n",
+    "    const float margin = SPRINGLS__EDGE_MARGIN;\n",
+    "    int k, end;\n",
+    "    if (!springls__has_hits(contour, b, line)) return;\n",
+    "    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
+    "    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {\n",
+    "        const springls__hit hit = contour->hit[k];\n",
+    "        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);\n",
+    "        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);\n",
+    "        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {\n",
+    "            entering[x] += hit.springl < 0;\n",
+    "            leaving[x] += hit.springl >= 0;\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */\n",
-    "SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)\n",
+    "/* Adds the pairs of crossings that the edges of a line have at most: each needs a hit that enters and one that leaves. */\n",
+    "SPRINGLS__MATHS void springls__count_pairs(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line)\n",
     "{\n",
-    "    const uint32_t side = contour->brick[b].inside[0];\n",
-    "    uint32_t other = 0u;\n",
-    "    int k, axis;\n",
-    "    for (axis = -1; axis < 3; axis++) {\n",
-    "        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];\n",
-    "        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;\n",
+    "    const int axis = line >> 6;\n",
+    "    int entering[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, leaving[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, k;\n",
+    "    for (k = -1; k < 2; k++)\n",
+    "        springls__count_at_edges(contour, springls__brick_beside(brick, axis, k), line, (float)brick->origin[axis], entering, leaving);\n",
+    "    for (k = 0; k < 8; k++) {\n",
+    "        const int single = brick->crossings[8 * line + k], most = (SPRINGLS__EDGE_CROSSINGS - single) / 2;\n",
+    "        brick->crossings[8 * line + k] = (uint8_t)(single + 2 * springls__imin(springls__imin(entering[k], leaving[k]), most));\n",
     "    }\n",
-    "    return (side == 0u || side == 0xffffffffu) && other == 0u;\n",
     "}\n",
     "\n",
-    "/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */\n",
-    "SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
+    "/* Counts the crossings that the edges of brick b have at most. */\n",
+    "SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour, int b)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    int axis, line, w, k, at[3];\n",
+    "    for (k = 0; k < 1536; k++) brick->crossings[k] = 0;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        const int p = springls__axis_after(axis), q = springls__axis_after(p);\n",
+    "        for (w = 0; w < 16; w++) {\n",
+    "            uint32_t changes = springls__side_changes(contour, brick, axis, w);\n",
+    "            for (; changes; changes &= changes - 1u) {\n",
+    "                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);\n",
+    "                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)\n",
+    "        for (k = -1; k < 2; k++)\n",
+    "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
+    "                springls__count_pairs(contour, brick, line);\n",
+    "                break;\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */\n",
+    "SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b,\n",
     "                                              springls__line_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    int k, sum = 0;\n",
-    "    if (store && brick->edge_end[1535] == 0) return;\n",
-    "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;\n",
-    "    if (brick->quiet && springls__is_one_sided(contour, b)) return;\n",
-    "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
-    "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
+    "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];\n",
+    "    int line, x, at[3];\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {\n",
+    "        int first = 0, count = 0;\n",
+    "        if (begin[line] == begin[line + 1]) continue;\n",
+    "        springls__gather_line(contour, brick, line, true, work);\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;\n",
+    "            if (*crossings == 0) continue;\n",
+    "            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);\n",
+    "            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;\n",
+    "            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),\n",
+    "                                                           springls__line_side(contour, brick, line, x + 1), work,\n",
+    "                                                           contour->crossing + begin[line] + count);\n",
+    "            count += *crossings;\n",
+    "        }\n",
+    "    }\n",
     "}\n",
-    "#line 26274 \"springls.h\"\n",
+    "#line 26441 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
     "\n",
     "#define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)\n",
     "#define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)\n",
-    "#define SPRINGLS__NODES_AROUND 729 /* of a brick and the first ones beyond it */\n",
     "#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */\n",
     "#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */\n",
     "#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)\n",
     "\n",
-    "/* What the nodes of a brick and those beyond own, by 3 * node + axis: crossings of edges, or arcs of faces. */\n",
-    "typedef struct springls__owned { int first[3 * SPRINGLS__NODES_AROUND], count[3 * SPRINGLS__NODES_AROUND]; } springls__owned;\n",
+    "/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */\n",
+    "typedef struct springls__owned { int first, count; } springls__owned;\n",
     "\n",
-    "SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * (y + 9 * z); }\n",
-    "\n",
-    "/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */\n",
-    "SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
-    "                                           bool arcs, springls__owned *owned)\n",
+    "/* Returns how many the elements before element k of its row have. */\n",
+    "SPRINGLS__INNER int springls__before_in_row(SPRINGLS__GLOBAL const uint8_t *count, int k)\n",
     "{\n",
-    "    int n = 0, sum = 0, k, node, at[3];\n",
-    "    for (k = 0; k < 8; k++) {\n",
-    "        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];\n",
-    "        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];\n",
-    "    }\n",
-    "    if (sum == 0) return 0;\n",
-    "    sum = 0;\n",
-    "    for (at[2] = 0; at[2] < 9; at[2]++)\n",
-    "        for (at[1] = 0; at[1] < 9; at[1]++)\n",
-    "            for (at[0] = 0; at[0] < 9; at[0]++) {\n",
-    "                const int b = springls__table_node(brick, at, &node);\n",
-    "                SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;\n",
-    "                for (k = 0; k < 3; k++, n++) {\n",
-    "                    int begin, end;\n",
-    "                    owned->first[n] = owned->count[n] = 0;\n",
-    "                    if (b < 0) continue;\n",
-    "                    begin = 3 * node + k == 0 ? 0 : (arcs ? other->face_end : other->edge_end)[3 * node + k - 1];\n",
-    "                    end = (arcs ? other->face_end : other->edge_end)[3 * node + k];\n",
-    "                    owned->first[n] = begin + (arcs ? other->first_arc : other->first_crossing);\n",
-    "                    owned->count[n] = end - begin;\n",
-    "                    sum += end - begin;\n",
-    "                }\n",
-    "            }\n",
+    "    int sum = 0, i;\n",
+    "    for (i = k & ~7; i < k; i++) sum += count[i];\n",
     "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Returns the crossings of the edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */\n",
+    "SPRINGLS__MATHS springls__owned springls__crossings_of_edge(const springls__contour *contour,\n",
+    "                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3],\n",
+    "                                                            int axis)\n",
+    "{\n",
+    "    const int b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    const int line = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7), edge = 8 * line + (at[axis] & 7);\n",
+    "    int node;\n",
+    "    const int other = springls__table_node(brick, at, &node);\n",
+    "    springls__owned owned = { 0, 0 };\n",
+    "    if (other < 0 || contour->brick[other].crossings[edge] == 0) return owned;\n",
+    "    owned.count = contour->brick[other].crossings[edge];\n",
+    "    owned.first = contour->brick[other].begin[SPRINGLS__OF_CROSSINGS][line]\n",
+    "                + springls__before_in_row(contour->brick[other].crossings, edge);\n",
+    "    return owned;\n",
+    "}\n",
+    "\n",
+    "/* Returns the arcs of the face across an axis that begins at a node, which may be up to 8 beyond a brick's own. */\n",
+    "SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *contour,\n",
+    "                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int axis)\n",
+    "{\n",
+    "    int node;\n",
+    "    const int other = springls__table_node(brick, at, &node), face = 512 * axis + node;\n",
+    "    springls__owned owned = { 0, 0 };\n",
+    "    if (other < 0 || contour->brick[other].arcs[face] == 0) return owned;\n",
+    "    owned.count = contour->brick[other].arcs[face];\n",
+    "    owned.first = contour->brick[other].begin[SPRINGLS__OF_ARCS][face >> 3] + springls__before_in_row(contour->brick[other].arcs, face);\n",
+    "    return owned;\n",
     "}\n",
     "\n",
     "/* Working memory of one brick. */\n",
     "typedef struct springls__face_work {\n",
-    "    springls__owned owned;\n",
+    "    uint8_t ends[1536]; /* of arcs on a brick's faces */\n",
     "    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
     "    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
     "    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];\n",
@@ -40643,21 +41189,21 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.\n",
     "   Returns how many. */\n",
-    "SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],\n",
-    "                                          springls__face_work *work)\n",
+    "SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                          const springls__face *face, const int of_node[3], springls__face_work *work)\n",
     "{\n",
     "    int side, k, n = 0;\n",
     "    for (side = 0; side < 4; side++) {\n",
     "        const int axis = side & 1 ? face->c : face->b;\n",
     "        const bool back = side >= 2;\n",
-    "        int at[3], node, count;\n",
+    "        springls__owned owned;\n",
+    "        int at[3];\n",
     "        for (k = 0; k < 3; k++) at[k] = of_node[k];\n",
     "        if (side == 1) at[face->b]++;\n",
     "        if (side == 2) at[face->c]++;\n",
-    "        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
-    "        count = work->owned.count[node];\n",
-    "        for (k = 0; k < count; k++, n++) {\n",
-    "            const int id = work->owned.first[node] + (back ? count - 1 - k : k);\n",
+    "        owned = springls__crossings_of_edge(contour, brick, at, axis);\n",
+    "        for (k = 0; k < owned.count; k++, n++) {\n",
+    "            const int id = owned.first + (back ? owned.count - 1 - k : k);\n",
     "            work->list[n] = id;\n",
     "            work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;\n",
     "        }\n",
@@ -40815,8 +41361,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;\n",
     "    walk = springls__cell_walk_near(model, x, 1.0f);\n",
     "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
-    "        const springls__v3 n = contour->normal[i];\n",
-    "        const float w = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x));\n",
+    "        const springls__v3 n = contour->surfel[i].n;\n",
+    "        const float w = 1.0f - springls__length2(springls__sub(contour->surfel[i].p, x));\n",
     "        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);\n",
     "        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;\n",
     "        all += w;\n",
@@ -40849,7 +41395,7 @@ static const char *const springls__kernel_lines[] = {
     "    rim.place = rim.normal = springls__zero3();\n",
     "    rim.weight = rim.reach = 0.0f;\n",
     "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
-    "        const springls__v3 p = model->set.s[i].p, n = contour->normal[i], d = springls__sub(p, middle);\n",
+    "        const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n, d = springls__sub(p, middle);\n",
     "        const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);\n",
     "        const float aside2 = springls__length2(springls__mad(d, forward, -ahead));\n",
     "        if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;\n",
@@ -41037,22 +41583,47 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- the kernels ---- */\n",
     "\n",
-    "/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */\n",
+    "/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */\n",
+    "SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)\n",
+    "{\n",
+    "    int k, before;\n",
+    "    for (k = 0; k < 2; k++) {\n",
+    "        const int across = k ? springls__axis_after(axis) : springls__axis_after(springls__axis_after(axis)), beside = 3 - axis - across;\n",
+    "        int node[3];\n",
+    "        for (before = 0; before < 2; before++) {\n",
+    "            node[axis] = at[axis];\n",
+    "            node[across] = at[across];\n",
+    "            node[beside] = at[beside] - before;\n",
+    "            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)\n",
+    "                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Counts the arcs of the faces of brick b. Each joins two crossings. */\n",
     "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    int node, axis, sum = 0, at[3];\n",
-    "    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;\n",
-    "    for (node = 0; node < 512; node++) {\n",
-    "            springls__node_of_brick(node, at);\n",
-    "        for (axis = 0; axis < 3; axis++) {\n",
-    "            const int p = springls__axis_after(axis), q = springls__axis_after(p);\n",
-    "            const int *count = work->owned.count;\n",
-    "            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };\n",
-    "            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;\n",
-    "            brick->face_end[3 * node + axis] = sum;\n",
-    "        }\n",
-    "    }\n",
+    "    int axis, u, v, k, at[3];\n",
+    "    for (k = 0; k < 1536; k++) work->ends[k] = 0;\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        for (v = 0; v < 9; v++)\n",
+    "            for (u = 0; u < 9; u++) {\n",
+    "                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
+    "                int node, owner;\n",
+    "                at[axis] = 0;\n",
+    "                at[p] = u;\n",
+    "                at[q] = v;\n",
+    "                owner = springls__table_node(brick, at, &node);\n",
+    "                if (owner < 0) continue;\n",
+    "                if (contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line]\n",
+    "                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;\n",
+    "                for (; at[axis] < 8; at[axis]++) {\n",
+    "                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];\n",
+    "                    if (crossings) springls__add_ends(at, axis, crossings, work);\n",
+    "                }\n",
+    "            }\n",
+    "    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;\n",
     "}\n",
     "\n",
     "/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */\n",
@@ -41066,45 +41637,56 @@ static const char *const springls__kernel_lines[] = {
     "    return b >= 0 && contour->brick[b].plain[node];\n",
     "}\n",
     "\n",
+    "/* Finds the arcs of a face. */\n",
+    "SPRINGLS__MATHS void springls__find_face_arcs(const springls__model *model, const springls__contour *contour,\n",
+    "                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const springls__face *face,\n",
+    "                                              const int of_node[3], springls__owned owned, springls__face_work *work)\n",
+    "{\n",
+    "    const bool plain = springls__is_plain_face(contour, brick, of_node, face->axis);\n",
+    "    int i;\n",
+    "    springls__join_border(contour, face, springls__face_border(contour, brick, face, of_node, work), work);\n",
+    "    for (i = 0; i < owned.count; i++) {\n",
+    "        const springls__arc_section section = springls__section_of_arc(contour, face, &work->arc[i]);\n",
+    "        if (!plain) springls__find_corners(model, contour, face, &section, &work->arc[i]);\n",
+    "        if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0)) springls__make_plain(face, &section, 0.05f, &work->arc[i]);\n",
+    "        work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);\n",
+    "        work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);\n",
+    "    }\n",
+    "    springls__part_arcs(contour, face, owned.count, work);\n",
+    "    for (i = 0; i < owned.count; i++) {\n",
+    "        springls__arc arc = work->arc[i];\n",
+    "        arc.corner[0] = springls__snapped3(arc.corner[0]);\n",
+    "        arc.corner[1] = springls__snapped3(arc.corner[1]);\n",
+    "        contour->arc[owned.first + i] = arc;\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Finds the arcs of the faces of brick b. */\n",
     "SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,\n",
     "                                         springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
-    "    int k, arcs, i;\n",
-    "    if (brick->face_end[1535] == 0) return;\n",
-    "    springls__gather_owned(contour, brick, false, &work->owned);\n",
+    "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];\n",
+    "    int k;\n",
     "    for (k = 0; k < 1536; k++) {\n",
-    "        const int begin = k ? brick->face_end[k - 1] : 0;\n",
+    "        springls__owned owned;\n",
     "        springls__face face;\n",
     "        int of_node[3];\n",
-    "        arcs = brick->face_end[k] - begin;\n",
-    "        if (arcs == 0) continue;\n",
-    "        face.axis = k % 3;\n",
+    "        if ((k & 7) == 0 && begin[k >> 3] == begin[(k >> 3) + 1]) {\n",
+    "            k += 7;\n",
+    "            continue;\n",
+    "        }\n",
+    "        if (brick->arcs[k] == 0) continue;\n",
+    "        face.axis = k >> 9;\n",
     "        face.b = springls__axis_after(face.axis);\n",
     "        face.c = springls__axis_after(face.b);\n",
-    "        springls__node_of_brick(k / 3, of_node);\n",
-    "        springls__place_of_node(brick, k / 3, face.o);\n",
-    "        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);\n",
-    "        for (i = 0; i < arcs; i++) {\n",
-    "            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);\n",
-    "            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);\n",
-    "            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);\n",
-    "            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))\n",
-    "                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);\n",
-    "            work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);\n",
-    "            work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);\n",
-    "        }\n",
-    "        springls__part_arcs(contour, &face, arcs, work);\n",
-    "        for (i = 0; i < arcs; i++) {\n",
-    "            springls__arc arc = work->arc[i];\n",
-    "            arc.corner[0] = springls__snapped3(arc.corner[0]);\n",
-    "            arc.corner[1] = springls__snapped3(arc.corner[1]);\n",
-    "            contour->arc[brick->first_arc + begin + i] = arc;\n",
-    "        }\n",
+    "        springls__node_of_brick(k & 511, of_node);\n",
+    "        springls__place_of_node(brick, k & 511, face.o);\n",
+    "        owned = springls__arcs_of_face(contour, brick, of_node, face.axis);\n",
+    "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26820 \"springls.h\"\n",
+    "#line 27028 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -41128,7 +41710,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Working memory of one brick. */\n",
     "typedef struct springls__cell_work {\n",
-    "    springls__owned owned;\n",
+    "    uint8_t sides[512]; /* how many arcs the faces of each cell have */\n",
     "    springls__link link[SPRINGLS__CELL_ARCS];\n",
     "    springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];\n",
     "    springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */\n",
@@ -41144,19 +41726,19 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- cycles ---- */\n",
     "\n",
     "/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */\n",
-    "SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],\n",
-    "                                          springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                          const int of_node[3], springls__cell_work *work)\n",
     "{\n",
     "    int axis, side, k, at[3];\n",
     "    work->links = 0;\n",
     "    for (axis = 0; axis < 3; axis++)\n",
     "        for (side = 0; side < 2; side++) {\n",
-    "            int face;\n",
+    "            springls__owned owned;\n",
     "            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);\n",
-    "            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
-    "            for (k = 0; k < work->owned.count[face]; k++) {\n",
+    "            owned = springls__arcs_of_face(contour, brick, at, axis);\n",
+    "            for (k = 0; k < owned.count; k++) {\n",
     "                springls__link *link = &work->link[work->links++];\n",
-    "                link->arc = work->owned.first[face] + k;\n",
+    "                link->arc = owned.first + k;\n",
     "                link->forward = side;\n",
     "                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;\n",
     "                link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;\n",
@@ -41626,14 +42208,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */\n",
-    "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],\n",
-    "                                         springls__cell_work *work)\n",
+    "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                         const int of_node[3], springls__cell_work *work)\n",
     "{\n",
     "    int cycle, way, k, begin = 0;\n",
     "    bool plain;\n",
-    "    springls__list_links(contour, of_node, work);\n",
+    "    springls__list_links(contour, brick, of_node, work);\n",
     "    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;\n",
-    "    if (work->links == 0) return true;\n",
     "    springls__find_cycles(contour, contour->first_corner, work);\n",
     "    plain = work->cycles == 1;\n",
     "    for (cycle = 0; cycle < work->cycles; cycle++) {\n",
@@ -41649,17 +42230,26 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */\n",
+    "/* Counts the arcs on the faces of each cell of brick b. Returns their sum. */\n",
     "SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)\n",
     "{\n",
-    "    int node, k, sum = 0, at[3];\n",
-    "    const int step[3] = { 1, 9, 81 };\n",
-    "    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;\n",
-    "    for (node = 0; node < 512; node++) {\n",
-    "        springls__node_of_brick(node, at);\n",
-    "        for (k = 0; k < 6; k++)\n",
-    "            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];\n",
+    "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
+    "    int k, axis, sum = 0, at[3];\n",
+    "    for (k = 0; k < 512; k++) work->sides[k] = 0;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];\n",
+    "        const bool some = brick->begin[SPRINGLS__OF_ARCS][64 * axis] != brick->begin[SPRINGLS__OF_ARCS][64 * axis + 64];\n",
+    "        for (k = 0; k < 512 && some; k++) { /* each is a side of two cells */\n",
+    "            const int arcs = brick->arcs[512 * axis + k];\n",
+    "            if (arcs == 0) continue;\n",
+    "            springls__node_of_brick(k, at);\n",
+    "            work->sides[k] += (uint8_t)arcs;\n",
+    "            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;\n",
+    "        }\n",
+    "        for (k = 0; k < 64 && next >= 0; k++)\n",
+    "            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];\n",
     "    }\n",
+    "    for (k = 0; k < 512; k++) sum += work->sides[k];\n",
     "    return sum;\n",
     "}\n",
     "\n",
@@ -41671,13 +42261,14 @@ static const char *const springls__kernel_lines[] = {
     "    int node, k;\n",
     "    brick->triangles = brick->inner = 0;\n",
     "    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;\n",
-    "    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;\n",
+    "    if (springls__count_links(contour, b, work) == 0) return;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);\n",
     "        int of_node[3];\n",
+    "        if (work->sides[node] == 0) continue;\n",
     "        springls__node_of_brick(node, of_node);\n",
     "        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];\n",
-    "        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);\n",
+    "        if (!springls__fill_cell(contour, brick, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);\n",
     "        for (k = work->own_vertices; k < work->vertices; k++) {\n",
     "            springls__crossing v;\n",
     "            v.x = work->vertex[k].x;\n",
@@ -41691,7 +42282,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41695 \"springls.h\"\n",
+    "#line 42286 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -5,7 +5,8 @@
    sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.
 
    The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.
-   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. */
+   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. Hits and crossings are stored by rows of eight edges
+   along their axis, arcs by rows of eight faces along x. */
 #ifndef SPRINGLS__KERNEL_OUTPUT_CROSSINGS_H
 #define SPRINGLS__KERNEL_OUTPUT_CROSSINGS_H
 
@@ -16,6 +17,7 @@
 /* Lengths in voxels and costs, found by experiment. */
 #define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */
 #define SPRINGLS__LARGEST_HIT_RADIUS 2.5f
+#define SPRINGLS__HIT_SHARE 0.65f       /* of the squared radius: hits beyond it weigh less than .015, and are left out           */
 #define SPRINGLS__TRIM_RADIUS 1.6f
 #define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */
 #define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */
@@ -23,6 +25,7 @@
 #define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */
 #define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */
 #define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */
+#define SPRINGLS__EDGE_MARGIN 0.15f     /* what hits beyond its ends an edge takes                                        */
 #define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */
 #define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)
 #define SPRINGLS__TRIM_GROUPS 6
@@ -32,8 +35,14 @@
 #define SPRINGLS__EDGE_HITS 96
 #define SPRINGLS__EDGE_CROSSINGS 6
 
+/* A springl as a point with a normal. home: the brick of the table that it is in, -1: none; creased: 1 beside springls that cut it off. */
+typedef struct springls__surfel { springls__v3 p, n; int home, creased; } springls__surfel;
+
 /* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */
 typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;
+
+/* A hit on a row: that is 192 times its brick, and the row there. */
+typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
 
 /* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
    enters. springl: the one that counts most; -1: none. */
@@ -43,23 +52,28 @@ typedef struct springls__crossing { springls__v3 x, n; int side, springl; } spri
    corners; `rim` is the normal between two. */
 typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;
 
-/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. edge_end, face_end: [3 * node + axis], crossings and arcs up
-   to there. */
+/* What a brick has in rows. */
+#define SPRINGLS__OF_HITS 0
+#define SPRINGLS__OF_CROSSINGS 1
+#define SPRINGLS__OF_ARCS 2
+#define SPRINGLS__TABLE_ROWS 192
+
+/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
+   8 row + place along the axis; its faces by 512 axis + node. */
 typedef struct springls__surface_brick {
-    int origin[3], around[27];
-    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */
-    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */
-    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1
-                                                     where springls come; quiet: 1 where there are no hits around, either */
-    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */
-    int edge_end[1536], face_end[1536];
-    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */
+    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
+    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
+    int first_triangle, first_inner;    /* in the arrays of the contour */
+    int triangles, inner, links;
+    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
+    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
+    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
 } springls__surface_brick;
 
 typedef struct springls__contour {
     SPRINGLS__GLOBAL springls__surface_brick *brick;
-    SPRINGLS__GLOBAL const springls__v3 *normal;     /* of springls                                */
-    SPRINGLS__GLOBAL const uint8_t *creased;         /* of a springl: 1 beside others it is cut off by */
+    SPRINGLS__GLOBAL const springls__surfel *surfel; /* of springls                                */
     SPRINGLS__GLOBAL springls__hit *hit;
     SPRINGLS__GLOBAL springls__crossing *crossing;
     SPRINGLS__GLOBAL springls__arc *arc;
@@ -126,6 +140,12 @@ SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surfac
     return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
 }
 
+/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */
+SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
+{
+    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];
+}
+
 /* Returns the node (u, v) beside axis, at x along it. */
 SPRINGLS__INNER int springls__line_node(int axis, int x, int line)
 {
@@ -145,37 +165,75 @@ typedef struct springls__trims {
 } springls__trims;
 
 /* Returns whether springl `other` lies across a crease from springl i. */
-SPRINGLS__INNER bool springls__across_crease(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i,
-                                             int other)
+SPRINGLS__INNER bool springls__across_crease(SPRINGLS__GLOBAL const springls__surfel *surfel, int i, int other)
 {
-    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(normal[i], normal[other]);
+    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(surfel[i].n, surfel[other].n);
     if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;
-    return springls__length2(springls__sub(model->set.s[other].p, model->set.s[i].p)) <= r * r;
+    return springls__length2(springls__sub(surfel[other].p, surfel[i].p)) <= r * r;
 }
 
 /* Returns whether any springl lies across a crease from springl i. */
-SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i)
+SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel, int i)
 {
-    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, SPRINGLS__TRIM_RADIUS);
+    springls__cell_walk walk = springls__cell_walk_near(model, surfel[i].p, SPRINGLS__TRIM_RADIUS);
     int other;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__across_crease(model, normal, i, other)) return true;
+        if (springls__across_crease(surfel, i, other)) return true;
     return false;
+}
+
+/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
+   ones, are within half the angle of a crease of one. */
+SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
+                                           springls__v3 lower, springls__v3 upper)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    const int first = springls__cell_walk_next(model, &walk);
+    int other;
+    while (first >= 0 && (other = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(surfel[first].n, surfel[other].n)) < least) return true;
+    return false;
+}
+
+/* Finds which springls of a brick of the grid are creased, by its eighths. */
+SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);
+    const float half = 4.0f;
+    int o[3], eighth, row, k;
+    uint32_t at;
+    springls__slot_origin(&model->grid, slot, o);
+    for (eighth = 0; eighth < 8; eighth++) {
+        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;
+        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));
+        const springls__v3 upper = springls__v3_make(lower.x + half, lower.y + half, lower.z + half);
+        int creased = -1; /* not known yet */
+        for (row = 0; row < 4; row++) {
+            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));
+            for (at = cell[first]; at < cell[first + 2]; at++) {
+                k = (int)model->cells.ids[at];
+                if (creased < 0) creased = springls__has_creases(model, surfel, lower, upper);
+                surfel[k].creased = creased && springls__is_creased(model, surfel, k);
+            }
+        }
+    }
 }
 
 /* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
 SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
                                              springls__trims *trims)
 {
-    const springls__v3 p = model->set.s[i].p, n = contour->normal[i];
+    const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n;
     springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
     int other, g;
     trims->count = trims->groups = 0;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {
         springls__trim *trim = &trims->list[trims->count];
-        springls__v3 d, m = contour->normal[other];
-        if (!springls__across_crease(model, contour->normal, i, other)) continue;
-        trim->p = model->set.s[other].p;
+        springls__v3 d, m = contour->surfel[other].n;
+        if (!springls__across_crease(contour->surfel, i, other)) continue;
+        trim->p = contour->surfel[other].p;
         d = springls__sub(trim->p, p);
         trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);
         for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;
@@ -211,11 +269,10 @@ SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls
 
 /* ---- hits ---- */
 
-/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of a brick lie under it. */
+/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of the grid lie under it. */
 typedef struct springls__disc {
-    springls__v3 p;
     float radius2, slope_b, slope_c, pb, pc, pa;
-    int axis, lo[2], hi[2];
+    int lo[2], hi[2];
 } springls__disc;
 
 SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
@@ -223,31 +280,27 @@ SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
     return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);
 }
 
-/* Finds the disc of a springl for the lines of a brick along an axis; false: no line meets it. */
-SPRINGLS__MATHS bool springls__disc_of(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i,
-                                       springls__v3 n, int axis, springls__disc *disc)
+/* Finds the disc of a springl for the lines along an axis; false: no line meets it. */
+SPRINGLS__MATHS bool springls__disc_of(const springls__grid *g, springls__v3 p, springls__v3 n, float radius, int axis,
+                                       springls__disc *disc)
 {
-    const int other[2] = { springls__axis_after(axis), springls__axis_after(springls__axis_after(axis)) };
-    const float na = springls__along(n, axis), r = springls__hit_radius(model->set.s[i].bounding_radius);
-    int k;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float na = springls__along(n, axis), nb = springls__along(n, b), nc = springls__along(n, c);
+    const float r = radius * springls__sqrt(SPRINGLS__HIT_SHARE);
+    float reach;
     if (springls__fabs(na) < 0.03f) return false;
-    disc->p = model->set.s[i].p;
-    disc->axis = axis;
-    disc->radius2 = r * r;
-    disc->pa = springls__along(disc->p, axis);
-    disc->pb = springls__along(disc->p, other[0]);
-    disc->pc = springls__along(disc->p, other[1]);
-    disc->slope_b = -springls__along(n, other[0]) / na;
-    disc->slope_c = -springls__along(n, other[1]) / na;
-    for (k = 0; k < 2; k++) {
-        const float nk = springls__along(n, other[k]), at = springls__along(disc->p, other[k]);
-        const float reach = r * springls__sqrt(springls__max(1.0f - nk * nk, 0.0f));
-        const float first = (float)springls__imax(brick->origin[other[k]], 0);
-        const float last = (float)(springls__imin(brick->origin[other[k]] + 8, model->grid.size[other[k]]) - 1);
-        if (at + reach < first || at - reach > last) return false;
-        disc->lo[k] = -(int)springls__floor(-springls__max(at - reach, first));
-        disc->hi[k] = (int)springls__floor(springls__min(at + reach, last));
-    }
+    disc->radius2 = radius * radius;
+    disc->pa = springls__along(p, axis);
+    disc->pb = springls__along(p, b);
+    disc->pc = springls__along(p, c);
+    disc->slope_b = -nb / na;
+    disc->slope_c = -nc / na;
+    reach = r * springls__sqrt(springls__max(1.0f - nb * nb, 0.0f));
+    disc->lo[0] = -(int)springls__floor(-springls__max(disc->pb - reach, 0.0f));
+    disc->hi[0] = (int)springls__floor(springls__clamp(disc->pb + reach, -1.0f, (float)(g->size[b] - 1)));
+    reach = r * springls__sqrt(springls__max(1.0f - nc * nc, 0.0f));
+    disc->lo[1] = -(int)springls__floor(-springls__max(disc->pc - reach, 0.0f));
+    disc->hi[1] = (int)springls__floor(springls__clamp(disc->pc + reach, -1.0f, (float)(g->size[c] - 1)));
     return true;
 }
 
@@ -256,133 +309,133 @@ SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int
 {
     const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;
     const float d2 = da * da + db * db + dc * dc;
-    if (d2 >= disc->radius2) return false;
+    if (d2 >= SPRINGLS__HIT_SHARE * disc->radius2) return false;
     hit->t = disc->pa + da;
     hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);
     return true;
 }
 
-/* Puts a hit into its line, in order. */
-SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line,
-                                       springls__hit hit)
+/* Returns the row of the brick that a hit lies in, given the brick of its springl; -1: the table has none. */
+SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surface_brick *home, int axis, float t, int u, int v)
 {
-    SPRINGLS__GLOBAL springls__hit *all = contour->hit + brick->first_hit;
-    uint32_t at = brick->line_end[line]++;
-    for (; at > brick->line_begin[line] && all[at - 1].t > hit.t; at--) all[at] = all[at - 1];
-    all[at] = hit;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    int at[3], node, brick;
+    at[axis] = (int)springls__floor(t) - home->origin[axis];
+    at[b] = u - home->origin[b];
+    at[c] = v - home->origin[c];
+    brick = springls__table_node(home, at, &node);
+    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
 }
 
-/* Marks the nodes at both ends of the edge that has a hit, `at` nodes along a line of a brick. */
-SPRINGLS__INNER void springls__mark_beside_hit(SPRINGLS__GLOBAL springls__surface_brick *brick, int line, int at)
+/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
+   the trimmed ones are counted too. */
+SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
+                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
-    int end;
-    for (end = at + 1; at <= end; at++)
-        if (at >= 0 && at < 8) {
-            const int node = springls__line_node(line >> 6, at, line & 63);
-            brick->beside_hits[node >> 5] |= 1u << (node & 31);
-        }
-}
-
-/* Finds the hits of springl i on the lines of a brick along an axis: counts them in line_end, or stores them. */
-SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const springls__contour *contour, int b, int i, int axis,
-                                            const springls__trims *trims, bool store)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const springls__v3 n = contour->normal[i];
-    const int beside = springls__axis_after(axis), across = springls__axis_after(beside);
-    const float first = (float)springls__imax(brick->origin[axis] - 1, 0);
-    const float own = (float)springls__imax(brick->origin[axis], 0);
-    const float last = (float)springls__imin(brick->origin[axis] + 8, model->grid.size[axis] - 1);
+    const springls__surfel s = contour->surfel[i];
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float last = (float)(model->grid.size[axis] - 1);
     springls__disc disc;
-    int u, v;
-    if (!springls__disc_of(model, brick, i, n, axis, &disc)) return;
+    int u, v, n = 0;
+    if (!springls__disc_of(&model->grid, s.p, s.n, springls__hit_radius(model->set.s[i].bounding_radius), axis, &disc)) return 0;
     for (v = disc.lo[1]; v <= disc.hi[1]; v++)
         for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
-            const int line = 64 * axis + (u & 7) + 8 * (v & 7);
-            springls__hit hit;
-            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;
-            brick->hit = 1;
-            if (!store) {
-                brick->line_end[line] += hit.t >= own;
-                continue;
+            springls__row_hit found;
+            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
+            if (out) {
+                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
+                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
+                if (trims->count && springls__is_trimmed(trims, x)) continue;
+                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
+                if (found.row < 0) continue;
+                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
+                out[n] = found;
             }
-            if (trims->count) {
-                springls__v3 x = springls__with_along(springls__zero3(), axis, hit.t);
-                x = springls__with_along(springls__with_along(x, beside, (float)u), across, (float)v);
-                if (springls__is_trimmed(trims, x)) continue;
-            }
-            springls__mark_beside_hit(brick, line, (int)springls__floor(hit.t) - brick->origin[axis]);
-            hit.springl = springls__along(n, axis) > 0.0f ? i : ~i;
-            if (hit.t >= own) springls__put_hit(contour, brick, line, hit);
+            n++;
         }
+    return n;
 }
 
-/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */
-SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)
+/* Finds the hits of springl i: see springls__disc_hits. */
+SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const springls__contour *contour, int i,
+                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
-    const springls__v3 p = model->set.s[i].p;
-    const float r = springls__hit_radius(model->set.s[i].bounding_radius);
-    int k;
-    for (k = 0; k < 3; k++) {
-        const float at = springls__along(p, k) - (float)brick->origin[k];
-        if (at + r < -1.0f || at - r > 8.0f) return false;
-    }
-    return true;
+    int axis, n = 0;
+    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
+    trims->count = 0;
+    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
+    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
+    return n;
 }
 
-/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */
-SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,
-                                          springls__trims *trims)
+/* Puts a hit into its row: begin[row + 1] is where the row's next hit goes. */
+SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, springls__row_hit found)
 {
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);
-    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;
-    springls__cell_walk walk;
-    int i, axis;
-    if (store && !brick->hit) return;
-    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),
-                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;
-        trims->count = 0;
-        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);
-        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);
-    }
+    const int row = found.row % SPRINGLS__TABLE_ROWS;
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + found.row / SPRINGLS__TABLE_ROWS;
+    contour->hit[brick->begin[SPRINGLS__OF_HITS][row + 1]++] = found.hit;
+}
+
+SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
+{
+    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
+}
+
+/* Sorts the hits of each row of brick b. */
+SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
+    int row, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
+        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
+            const springls__hit hit = contour->hit[k];
+            int at = k;
+            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
+            contour->hit[at] = hit;
+        }
 }
 
 /* ---- lines ---- */
 
-/* What is known along a line: a hit (side 1 or -1), or a node and what speaks against its being on a side. */
-typedef struct springls__event { float t, cost[2]; int side, node; } springls__event;
+/* What is known along a line: a hit (side 1 or -1) and its weight, or a node and what speaks against its being inside; node: -1 for one of
+   another brick. */
+typedef struct springls__event { float t, cost; int side, node; } springls__event;
 
 /* Working memory of one brick. */
 typedef struct springls__line_work {
     springls__hit hit[SPRINGLS__LINE_HITS];
     springls__event event[SPRINGLS__LINE_EVENTS];
     float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
-    int group[SPRINGLS__EDGE_HITS], path[SPRINGLS__EDGE_HITS][2];
-    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */
+    int group[SPRINGLS__EDGE_HITS], came[SPRINGLS__EDGE_HITS];
+    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; those from begin[1] to begin[2] are the brick's own */
 } springls__line_work;
+
+SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b, int line)
+{
+    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+}
 
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                            int line, bool weighed, springls__line_work *work)
 {
-    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const int axis = line >> 6;
     const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
     float least = 0.0f;
     int k, all;
+    work->line = line;
+    work->axis = axis;
     do {
         work->hits = all = 0;
         for (k = 0; k < 3; k++) {
-            const int b = brick->around[13 + (k - 1) * stride];
-            SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
-            uint32_t at;
+            const int b = springls__brick_beside(brick, axis, k - 1);
+            int at, end;
             work->begin[k] = work->hits;
-            if (b < 0) continue;
-            for (at = other->line_begin[line]; at < other->line_end[line]; at++) {
-                const springls__hit hit = contour->hit[other->first_hit + at];
+            if (!springls__has_hits(contour, b, line)) continue;
+            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
+                const springls__hit hit = contour->hit[at];
                 if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;
                 if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits] = hit;
@@ -393,8 +446,6 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
         }
         least = least > 0.0f ? 2.0f * least : 1e-3f;
     } while (all > SPRINGLS__LINE_HITS);
-    work->line = line;
-    work->axis = axis;
 }
 
 /* Returns the place at t along a line of a brick. */
@@ -408,7 +459,7 @@ SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springl
 
 /* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends
    there. */
-SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,
+SPRINGLS__MATHS float springls__share_of_run(const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
                                              const springls__line_work *work)
 {
@@ -428,10 +479,10 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
         springls__v3 d;
         float w;
         if (springls__hit_side(work->hit[k]) != side) continue;
-        d = springls__sub(model->set.s[i].p, x);
+        d = springls__sub(contour->surfel[i].p, x);
         w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;
         aside = springls__mad(aside, d, w);
-        n = springls__mad(n, contour->normal[i], w);
+        n = springls__mad(n, contour->surfel[i].n, w);
         sum += w;
     }
     aside = springls__scale(aside, 1.0f / sum);
@@ -440,9 +491,8 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
     return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);
 }
 
-/* Weighs the hits of a gathered line, run by run of one orientation. */
-SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,
-                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,
+/* Weighs the hits of a gathered line, run by run of one orientation with some of the brick's own. */
+SPRINGLS__MATHS void springls__weigh_runs(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                           springls__line_work *work)
 {
     int side, first, k, end;
@@ -453,67 +503,126 @@ SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const sp
             if (springls__hit_side(work->hit[first]) != side) continue;
             for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)
                 if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);
-            share = springls__share_of_run(model, contour, brick, first, end, side, work);
+            if (end <= work->begin[1] || first >= work->begin[2]) continue;
+            share = springls__share_of_run(contour, brick, first, end, side, work);
             if (share == 1.0f) continue;
             for (k = first; k < end; k++)
                 if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;
         }
 }
 
+/* Marks the nodes of a row at the ends of edges with hits. */
+SPRINGLS__MATHS void springls__mark_beside_hits(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int row)
+{
+    const int axis = row >> 6, before = springls__brick_beside(brick, axis, -1), end = brick->begin[SPRINGLS__OF_HITS][row + 1];
+    uint32_t edges = 0u;
+    int k;
+    for (k = brick->begin[SPRINGLS__OF_HITS][row]; k < end; k++)
+        edges |= 2u << ((int)springls__floor(contour->hit[k].t) - brick->origin[axis]);
+    if (springls__has_hits(contour, before, row)
+        && contour->hit[contour->brick[before].begin[SPRINGLS__OF_HITS][row + 1] - 1].t >= (float)brick->origin[axis] - 1.0f) edges |= 1u;
+    edges |= edges >> 1; /* of the edge before a node, and of its own */
+    for (k = 0; k < 8; k++)
+        if (edges >> k & 1u) {
+            const int node = springls__line_node(axis, k, row & 63);
+            brick->beside_hits[node >> 5] |= 1u << (node & 31);
+        }
+}
+
+/* Weighs the hits of brick b, and marks the nodes beside them. Precondition: all are sorted. */
+SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int b, springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
+    int row, at, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
+        const bool some = springls__has_hits(contour, b, row);
+        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
+            springls__mark_beside_hits(contour, brick, row);
+        if (!some) continue;
+        springls__gather_line(contour, brick, row, false, work);
+        springls__weigh_runs(contour, brick, work);
+        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
+            while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
+            contour->hit[at].weight = work->hit[k].weight;
+        }
+    }
+}
+
 /* ---- sides of nodes ---- */
 
-/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */
-typedef struct springls__side_path { float cost[2], since[2]; } springls__side_path;
+/* The cheapest costs of being outside and inside at a place, and where the last crossing to each side was. */
+typedef struct springls__side_path { float outside, inside, left, entered; } springls__side_path;
 
 SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)
 {
     springls__side_path path;
-    path.cost[0] = outside;
-    path.cost[1] = inside;
-    path.since[0] = path.since[1] = -1e9f;
+    path.outside = outside;
+    path.inside = inside;
+    path.left = path.entered = -1e9f;
     return path;
 }
 
-/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and
-   4 where the hit is explained. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, int to, int came[2])
+/* The cost of the side that a hit leads to, where the last crossing there was, and how it is reached: 1 from that side itself, 5 in a run,
+   4 by crossing here. */
+typedef struct springls__side_reached { float cost, since; int came; } springls__side_reached;
+
+SPRINGLS__INNER springls__side_reached springls__reach_side(float from, float to, float since, float t, float weight)
 {
-    const int from = 1 - to;
-    const bool in_run = springls__fabs(t - path.since[to]) <= SPRINGLS__RUN_LENGTH;
-    springls__side_path next = path;
-    next.cost[to] += in_run ? 0.0f : weight;
-    next.cost[from] += weight;
-    came[to] = to | (in_run ? 4 : 0);
-    came[from] = from;
-    if (path.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {
-        next.cost[to] = path.cost[from] + SPRINGLS__CROSSING_COST;
-        next.since[to] = t;
-        came[to] = from | 4;
+    springls__side_reached next;
+    const bool in_run = springls__fabs(t - since) <= SPRINGLS__RUN_LENGTH;
+    next.cost = in_run ? to : to + weight;
+    next.since = since;
+    next.came = in_run ? 5 : 1;
+    if (from + SPRINGLS__CROSSING_COST < next.cost) {
+        next.cost = from + SPRINGLS__CROSSING_COST;
+        next.since = t;
+        next.came = 4;
     }
     return next;
 }
 
-/* Goes on over a node, where the side may change without a hit. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, const float cost[2])
+/* Goes on over a hit that enters or leaves; weight: what it costs to leave it unexplained. came: how the side that it leads to is
+   reached. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, bool enters, int *came)
+{
+    const springls__side_reached next = enters ? springls__reach_side(path.outside, path.inside, path.entered, t, weight)
+                                               : springls__reach_side(path.inside, path.outside, path.left, t, weight);
+    *came = next.came;
+    if (enters) {
+        path.inside = next.cost;
+        path.entered = next.since;
+        path.outside += weight;
+    } else {
+        path.outside = next.cost;
+        path.left = next.since;
+        path.inside += weight;
+    }
+    return path;
+}
+
+/* Goes on over a node, where the side may change without a hit; evidence: what speaks against inside, or below 0 against outside. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, float evidence)
 {
     springls__side_path next = path;
-    int s;
-    for (s = 0; s < 2; s++) {
-        if (path.cost[1 - s] + SPRINGLS__CHANGE_COST < path.cost[s]) {
-            next.cost[s] = path.cost[1 - s] + SPRINGLS__CHANGE_COST;
-            next.since[s] = -1e9f;
-        }
-        next.cost[s] += cost[s];
+    if (path.inside + SPRINGLS__CHANGE_COST < path.outside) {
+        next.outside = path.inside + SPRINGLS__CHANGE_COST;
+        next.left = -1e9f;
     }
+    if (path.outside + SPRINGLS__CHANGE_COST < path.inside) {
+        next.inside = path.outside + SPRINGLS__CHANGE_COST;
+        next.entered = -1e9f;
+    }
+    next.outside += springls__max(-evidence, 0.0f);
+    next.inside += springls__max(evidence, 0.0f);
     return next;
 }
 
-SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, const springls__event *event, bool forward)
+SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, springls__event event, bool forward)
 {
-    const float cost[2] = { event->cost[0], event->cost[1] };
-    int came[2];
-    if (event->side == 0) return springls__side_path_over_node(path, cost);
-    return springls__side_path_over_hit(path, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);
+    int came;
+    if (event.side == 0) return springls__side_path_over_node(path, event.cost);
+    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
 /* Returns what phi says about a node: below 0 inside. */
@@ -524,43 +633,49 @@ SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
     return phi < 0.0f ? -weight : weight;
 }
 
+/* Returns phi at a node of a brick of the table. */
+SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOBAL const springls__surface_brick *brick, int node)
+{
+    int at[3];
+    if (brick->slot >= 0) return g->phi[(size_t)brick->slot * SPRINGLS__BRICK_VOXELS + (size_t)node];
+    springls__place_of_node(brick, node, at);
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */
+SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    if (b < 0) return springls__phi_evidence(1.0f, false);
+    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
+}
+
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
                                            springls__line_work *work)
 {
     const springls__grid *g = &model->grid;
-    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const int axis = work->axis, o = brick->origin[axis];
     const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));
     const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));
-    const springls__v3 line = springls__line_place(brick, work->line, 0.0f);
-    int at[3], x, n = 0, k = first;
-    at[0] = (int)line.x;
-    at[1] = (int)line.y;
-    at[2] = (int)line.z;
+    int x, n = 0, k = first;
     for (x = from; x <= to + 1; x++) {
-        springls__event *event;
-        float evidence;
-        int b, node;
+        springls__event event;
         for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
-            event = &work->event[n++];
-            event->t = work->hit[k].t;
-            event->side = springls__hit_side(work->hit[k]);
-            event->cost[0] = event->cost[1] = work->hit[k].weight;
-            event->node = -1;
+            event.t = work->hit[k].t;
+            event.side = springls__hit_side(work->hit[k]);
+            event.cost = work->hit[k].weight;
+            event.node = -1;
+            work->event[n++] = event;
         }
         if (x > to) break;
-        b = brick->around[13 + ((x - o) >> 3) * stride];
-        node = springls__line_node(axis, x & 7, work->line & 63);
-        at[axis] = x;
-        evidence = springls__phi_evidence(springls__grid_phi(g, g->phi, at[0], at[1], at[2]),
-                                          b >= 0 && springls__bit_of(contour->brick[b].beside_hits, node));
-        event = &work->event[n++];
-        event->t = (float)x;
-        event->side = 0;
-        event->cost[0] = springls__max(-evidence, 0.0f);
-        event->cost[1] = springls__max(evidence, 0.0f);
-        event->node = x >= o && x < o + 8 ? node : -1;
+        event.node = springls__line_node(axis, x & 7, work->line & 63);
+        event.t = (float)x;
+        event.side = 0;
+        event.cost = springls__node_evidence(g, contour, springls__brick_beside(brick, axis, (x - o) >> 3), event.node);
+        if (x < o || x >= o + 8) event.node = -1;
+        work->event[n++] = event;
     }
     work->events = n;
 }
@@ -571,39 +686,31 @@ SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
     springls__side_path path = springls__side_path_begin(0.0f, 0.0f);
     int k;
     for (k = 0; k < work->events; k++) {
-        path = springls__side_path_over(path, &work->event[k], true);
-        work->forward[k][0] = path.cost[0];
-        work->forward[k][1] = path.cost[1];
+        path = springls__side_path_over(path, work->event[k], true);
+        if (work->event[k].node < 0) continue;
+        work->forward[k][0] = path.outside;
+        work->forward[k][1] = path.inside;
     }
     path = springls__side_path_begin(0.0f, 0.0f);
     for (k = work->events - 1; k >= 0; k--) {
         const int node = work->event[k].node;
         if (node >= 0)
-            work->margin[node] += springls__clamp(work->forward[k][1] + path.cost[1] - (work->forward[k][0] + path.cost[0]), -1.0f,
-                                                  1.0f);
-        path = springls__side_path_over(path, &work->event[k], false);
+            work->margin[node] += springls__clamp(work->forward[k][1] + path.inside - (work->forward[k][0] + path.outside), -1.0f, 1.0f);
+        path = springls__side_path_over(path, work->event[k], false);
     }
 }
 
-/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */
+/* Votes along a line for its nodes, in parts where hits are less than four voxels apart. */
 SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
                                             springls__line_work *work)
 {
-    int first, end, k;
-    uint32_t at;
-    springls__gather_line(contour, brick, line, false, work);
-    if (work->hits == 0) return;
-    springls__weigh_line(model, contour, brick, work);
+    int first, end;
+    springls__gather_line(contour, brick, line, true, work);
     for (first = 0; first < work->hits; first = end) {
         for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;
         springls__list_line_events(model, contour, brick, first, end, work);
         springls__vote_for_nodes(work);
-    }
-    at = brick->first_hit + brick->line_begin[line];
-    for (k = work->begin[1]; k < work->begin[2]; k++) { /* in the same order; those left out of too many keep their own */
-        while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
-        contour->hit[at].weight = work->hit[k].weight;
     }
 }
 
@@ -613,16 +720,21 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
-    int line, node, at[3];
-    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);
+    int line, node, k, at[3];
+    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__vote_on_line(model, contour, brick, line, work);
+                break;
+            }
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
-        float value;
-        springls__place_of_node(brick, node, at);
-        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
-        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
+        if (!(value < 0.0f)) continue;
+        springls__place_of_node(brick, node, at);
+        if (brick->slot >= 0 || springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
     }
 }
 
@@ -630,8 +742,8 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 
 /* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes
    and particles. */
-SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,
-                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,
+SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits,
                                                             int which, const springls__line_work *work)
 {
     const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
@@ -640,12 +752,12 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
     springls__v3 n = springls__zero3(), aside = springls__zero3();
     float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;
     int k;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    for (k = 0; k < hits; k++) {
         const springls__hit hit = work->hit[first + k];
         springls__v3 d;
         float w;
         if (work->group[k] != which) continue;
-        d = springls__sub(springls__line_place(brick, work->line, hit.t), model->set.s[springls__hit_springl(hit)].p);
+        d = springls__sub(springls__line_place(brick, work->line, hit.t), contour->surfel[springls__hit_springl(hit)].p);
         w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
         sum += w;
         t += w * hit.t;
@@ -653,18 +765,18 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
     found.x = springls__line_place(brick, work->line, t / sum);
     found.side = found.springl = 0;
     sum = 0.0f;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    for (k = 0; k < hits; k++) {
         const springls__hit hit = work->hit[first + k];
         const int i = springls__hit_springl(hit);
         springls__v3 d;
         float w;
         if (work->group[k] != which) continue;
-        d = springls__sub(found.x, model->set.s[i].p);
+        d = springls__sub(found.x, contour->surfel[i].p);
         w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
         sum += w;
-        n = springls__mad(n, contour->normal[i], w);
+        n = springls__mad(n, contour->surfel[i].n, w);
         aside = springls__mad(aside, d, w);
-        height += w * springls__dot(contour->normal[i], d);
+        height += w * springls__dot(contour->surfel[i].n, d);
         found.side = springls__hit_side(hit);
         if (w > best) {
             best = w;
@@ -682,8 +794,8 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
 
 /* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the
    intersection of the two, or their union. */
-SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,
-                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,
+SPRINGLS__MATHS springls__crossing springls__place_run(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits, int run,
                                                        springls__line_work *work)
 {
     const int second_side = SPRINGLS__EDGE_HITS + run;
@@ -692,53 +804,47 @@ SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *mo
     float one_t, two_t;
     bool convex, some = false;
     int k, best = -1;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++)
+    for (k = 0; k < hits; k++)
         if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;
-    d = contour->normal[springls__hit_springl(work->hit[first + best])];
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+    d = contour->surfel[springls__hit_springl(work->hit[first + best])].n;
+    for (k = 0; k < hits; k++) {
         if (work->group[k] != run) continue;
-        if (springls__dot(contour->normal[springls__hit_springl(work->hit[first + k])], d) > SPRINGLS__CREASE_COSINE) continue;
+        if (springls__dot(contour->surfel[springls__hit_springl(work->hit[first + k])].n, d) > SPRINGLS__CREASE_COSINE) continue;
         work->group[k] = second_side;
         some = true;
     }
-    one = springls__place_crossing(model, contour, brick, first, run, work);
+    one = springls__place_crossing(contour, brick, first, hits, run, work);
     if (!some) return one;
-    two = springls__place_crossing(model, contour, brick, first, second_side, work);
-    d = springls__sub(model->set.s[two.springl].p, model->set.s[one.springl].p);
+    two = springls__place_crossing(contour, brick, first, hits, second_side, work);
+    d = springls__sub(contour->surfel[two.springl].p, contour->surfel[one.springl].p);
     convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;
     one_t = springls__along(one.x, work->axis);
     two_t = springls__along(two.x, work->axis);
     return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */
 }
 
-/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits
-   from `first` on; -1: of none. Returns how many there are. */
-SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)
+/* Numbers the runs of the first n hits from `first` on, which explain best how the line comes from one side to the other: work->group of
+   each; -1: of none. Returns how many there are. */
+SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int to, springls__line_work *work)
 {
     springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
-    int n = 0, k, side = to, runs = 0, came[2];
+    int k, side = to, runs = 0;
     bool open = false;
-    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {
-        const springls__hit hit = work->hit[first + n];
-        work->group[n] = -1;
-        work->path[n][0] = 0;
-        work->path[n][1] = 1;
+    for (k = 0; k < n; k++) {
+        const springls__hit hit = work->hit[first + k];
+        work->group[k] = -1;
+        work->came[k] = 0;
         if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
-        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,
-                                     springls__hit_side(hit) < 0 ? 1 : 0, came);
-        work->path[n][0] = came[0];
-        work->path[n][1] = came[1];
+        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight, springls__hit_side(hit) < 0,
+                                            &work->came[k]);
     }
-    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;
-    if (path.cost[to] > 1e8f) return 0;
+    if ((to ? path.inside : path.outside) > 1e8f) return 0;
     for (k = n - 1; k >= 0; k--) {
-        const int before = work->path[k][side] & 3;
-        if (work->path[k][side] & 4) {
-            if (!open) runs++;
-            work->group[k] = runs - 1;
-            open = before == side;
-        }
-        side = before;
+        if (work->came[k] < 4 || (springls__hit_side(work->hit[first + k]) < 0) != side) continue; /* this side is not reached by it */
+        if (!open) runs++;
+        work->group[k] = runs - 1;
+        open = work->came[k] == 5;
+        if (!open) side = 1 - side;
     }
     for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */
         if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];
@@ -746,19 +852,16 @@ SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, sp
     return runs;
 }
 
-/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */
-SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)
+/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
+SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
 {
     int k, best = -1;
-    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)
-        if (springls__hit_side(work->hit[first + k]) == side
-            && (best < 0 || springls__fabs(work->hit[first + k].t - x - 0.5f) < springls__fabs(work->hit[first + best].t - x - 0.5f)))
-            best = k;
-    for (k = 0; best >= 0 && first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
-        const bool with = springls__fabs(work->hit[first + k].t - work->hit[first + best].t) < 0.3f
-                          && springls__hit_side(work->hit[first + k]) == side;
-        work->group[k] = with ? 0 : -1;
-    }
+    for (k = first; k < first + n; k++)
+        if (springls__hit_side(work->hit[k]) == side
+            && (best < 0 || springls__fabs(work->hit[k].t - x - 0.5f) < springls__fabs(work->hit[best].t - x - 0.5f))) best = k;
+    for (k = first; best >= 0 && k < first + n; k++)
+        work->group[k - first] = springls__hit_side(work->hit[k]) == side
+                              && springls__fabs(work->hit[k].t - work->hit[best].t) < 0.3f ? 0 : -1;
     return best >= 0;
 }
 
@@ -794,78 +897,132 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
     }
 }
 
-/* Finds the crossings of the edge that begins at node `at`, x along the gathered line; from, to: whether its ends are inside. Returns how
-   many; writes them unless `out` is NULL. */
+/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
+   inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
                                              int from, int to, springls__line_work *work,
                                              SPRINGLS__GLOBAL springls__crossing *out)
 {
     const float x = (float)at[work->axis];
-    int runs = springls__find_runs(first, x, from, to, work), k;
+    int n = 0, runs, k;
+    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;
+    runs = springls__find_runs(first, n, x, from, to, work);
+    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
-        runs = springls__find_weak_run(first, x, from ? 1 : -1, work);
-        if (runs == 0 && out) out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
-        if (runs == 0) return 1;
+        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
+        return 1;
     }
-    for (k = 0; out && k < runs; k++) out[k] = springls__place_run(model, contour, brick, first, k, work);
-    if (out) springls__order_crossings(out, runs, work->axis, x);
+    for (k = 0; k < runs; k++) out[k] = springls__place_run(contour, brick, first, n, k, work);
+    springls__order_crossings(out, runs, work->axis, x);
     return runs;
 }
 
-/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */
-SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,
-                                              bool store, springls__line_work *work)
+/* Returns whether the node `at` along a line of a brick is inside; beyond the table none is. */
+SPRINGLS__INNER int springls__line_side(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
+                                        int at)
 {
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];
-    int x, first = 0, at[3];
-    springls__gather_line(contour, brick, line, true, work);
-    for (x = 0; x < 8; x++) {
-        const int node = springls__line_node(axis, x, line & 63), after = springls__line_node(axis, (x + 1) & 7, line & 63);
-        const int edge = 3 * node + axis, from = springls__bit_of(brick->inside, node);
-        const float t = (float)(brick->origin[axis] + x);
-        int to = from;
-        if (x < 7) to = springls__bit_of(brick->inside, after);
-        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);
-        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;
-        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;
-        springls__place_of_node(brick, node, at);
-        if (!store) {
-            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);
-        } else {
-            const int begin = edge ? brick->edge_end[edge - 1] : 0;
-            if (brick->edge_end[edge] > begin)
-                springls__edge_crossings(model, contour, brick, at, first, from, to, work,
-                                         contour->crossing + brick->first_crossing + begin);
+    const int axis = line >> 6, b = springls__brick_beside(brick, axis, at >> 3);
+    return b >= 0 && springls__bit_of(contour->brick[b].inside, springls__line_node(axis, at & 7, line & 63)) ? 1 : 0;
+}
+
+/* Returns, as bits, which nodes of word w of a brick's sides differ from the next one along an axis. The last brick's last nodes do not. */
+SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                                int axis, int w)
+{
+    const int next = springls__brick_beside(brick, axis, 1);
+    const uint32_t own = brick->inside[w];
+    uint32_t after;
+    if (axis == 0) {
+        after = next < 0 ? own : contour->brick[next].inside[w] << 7;
+        after = (own >> 1 & 0x7f7f7f7fu) | (after & 0x80808080u);
+    } else if (axis == 1) {
+        after = w % 2 == 0 ? brick->inside[w + 1] << 24 : next < 0 ? own & 0xff000000u : contour->brick[next].inside[w - 1] << 24;
+        after |= own >> 8;
+    } else {
+        after = w < 14 ? brick->inside[w + 2] : next < 0 ? own : contour->brick[next].inside[w - 14];
+    }
+    return own ^ after;
+}
+
+/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
+SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
+                                              int leaving[8])
+{
+    const float margin = SPRINGLS__EDGE_MARGIN;
+    int k, end;
+    if (!springls__has_hits(contour, b, line)) return;
+    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
+        const springls__hit hit = contour->hit[k];
+        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
+        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
+        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
+            entering[x] += hit.springl < 0;
+            leaving[x] += hit.springl >= 0;
         }
     }
 }
 
-/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */
-SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)
+/* Adds the pairs of crossings that the edges of a line have at most: each needs a hit that enters and one that leaves. */
+SPRINGLS__MATHS void springls__count_pairs(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line)
 {
-    const uint32_t side = contour->brick[b].inside[0];
-    uint32_t other = 0u;
-    int k, axis;
-    for (axis = -1; axis < 3; axis++) {
-        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];
-        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;
+    const int axis = line >> 6;
+    int entering[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, leaving[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, k;
+    for (k = -1; k < 2; k++)
+        springls__count_at_edges(contour, springls__brick_beside(brick, axis, k), line, (float)brick->origin[axis], entering, leaving);
+    for (k = 0; k < 8; k++) {
+        const int single = brick->crossings[8 * line + k], most = (SPRINGLS__EDGE_CROSSINGS - single) / 2;
+        brick->crossings[8 * line + k] = (uint8_t)(single + 2 * springls__imin(springls__imin(entering[k], leaving[k]), most));
     }
-    return (side == 0u || side == 0xffffffffu) && other == 0u;
 }
 
-/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
-SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
+/* Counts the crossings that the edges of brick b have at most. */
+SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int axis, line, w, k, at[3];
+    for (k = 0; k < 1536; k++) brick->crossings[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int p = springls__axis_after(axis), q = springls__axis_after(p);
+        for (w = 0; w < 16; w++) {
+            uint32_t changes = springls__side_changes(contour, brick, axis, w);
+            for (; changes; changes &= changes - 1u) {
+                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);
+                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
+            }
+        }
+    }
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__count_pairs(contour, brick, line);
+                break;
+            }
+}
+
+/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
+SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b,
                                               springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int k, sum = 0;
-    if (store && brick->edge_end[1535] == 0) return;
-    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;
-    if (brick->quiet && springls__is_one_sided(contour, b)) return;
-    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);
-    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
+    int line, x, at[3];
+    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
+        int first = 0, count = 0;
+        if (begin[line] == begin[line + 1]) continue;
+        springls__gather_line(contour, brick, line, true, work);
+        for (x = 0; x < 8; x++) {
+            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
+            if (*crossings == 0) continue;
+            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
+            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;
+            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
+                                                           springls__line_side(contour, brick, line, x + 1), work,
+                                                           contour->crossing + begin[line] + count);
+            count += *crossings;
+        }
+    }
 }
 
 #endif

@@ -8,49 +8,54 @@
 
 #define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)
 #define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)
-#define SPRINGLS__NODES_AROUND 729 /* of a brick and the first ones beyond it */
 #define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
 #define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
 #define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
 
-/* What the nodes of a brick and those beyond own, by 3 * node + axis: crossings of edges, or arcs of faces. */
-typedef struct springls__owned { int first[3 * SPRINGLS__NODES_AROUND], count[3 * SPRINGLS__NODES_AROUND]; } springls__owned;
+/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
+typedef struct springls__owned { int first, count; } springls__owned;
 
-SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * (y + 9 * z); }
-
-/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */
-SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           bool arcs, springls__owned *owned)
+/* Returns how many the elements before element k of its row have. */
+SPRINGLS__INNER int springls__before_in_row(SPRINGLS__GLOBAL const uint8_t *count, int k)
 {
-    int n = 0, sum = 0, k, node, at[3];
-    for (k = 0; k < 8; k++) {
-        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];
-        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];
-    }
-    if (sum == 0) return 0;
-    sum = 0;
-    for (at[2] = 0; at[2] < 9; at[2]++)
-        for (at[1] = 0; at[1] < 9; at[1]++)
-            for (at[0] = 0; at[0] < 9; at[0]++) {
-                const int b = springls__table_node(brick, at, &node);
-                SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
-                for (k = 0; k < 3; k++, n++) {
-                    int begin, end;
-                    owned->first[n] = owned->count[n] = 0;
-                    if (b < 0) continue;
-                    begin = 3 * node + k == 0 ? 0 : (arcs ? other->face_end : other->edge_end)[3 * node + k - 1];
-                    end = (arcs ? other->face_end : other->edge_end)[3 * node + k];
-                    owned->first[n] = begin + (arcs ? other->first_arc : other->first_crossing);
-                    owned->count[n] = end - begin;
-                    sum += end - begin;
-                }
-            }
+    int sum = 0, i;
+    for (i = k & ~7; i < k; i++) sum += count[i];
     return sum;
+}
+
+/* Returns the crossings of the edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__crossings_of_edge(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3],
+                                                            int axis)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const int line = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7), edge = 8 * line + (at[axis] & 7);
+    int node;
+    const int other = springls__table_node(brick, at, &node);
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].crossings[edge] == 0) return owned;
+    owned.count = contour->brick[other].crossings[edge];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_CROSSINGS][line]
+                + springls__before_in_row(contour->brick[other].crossings, edge);
+    return owned;
+}
+
+/* Returns the arcs of the face across an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int axis)
+{
+    int node;
+    const int other = springls__table_node(brick, at, &node), face = 512 * axis + node;
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].arcs[face] == 0) return owned;
+    owned.count = contour->brick[other].arcs[face];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_ARCS][face >> 3] + springls__before_in_row(contour->brick[other].arcs, face);
+    return owned;
 }
 
 /* Working memory of one brick. */
 typedef struct springls__face_work {
-    springls__owned owned;
+    uint8_t ends[1536]; /* of arcs on a brick's faces */
     float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
@@ -85,21 +90,21 @@ SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { retur
 
 /* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
    Returns how many. */
-SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],
-                                          springls__face_work *work)
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const springls__face *face, const int of_node[3], springls__face_work *work)
 {
     int side, k, n = 0;
     for (side = 0; side < 4; side++) {
         const int axis = side & 1 ? face->c : face->b;
         const bool back = side >= 2;
-        int at[3], node, count;
+        springls__owned owned;
+        int at[3];
         for (k = 0; k < 3; k++) at[k] = of_node[k];
         if (side == 1) at[face->b]++;
         if (side == 2) at[face->c]++;
-        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
-        count = work->owned.count[node];
-        for (k = 0; k < count; k++, n++) {
-            const int id = work->owned.first[node] + (back ? count - 1 - k : k);
+        owned = springls__crossings_of_edge(contour, brick, at, axis);
+        for (k = 0; k < owned.count; k++, n++) {
+            const int id = owned.first + (back ? owned.count - 1 - k : k);
             work->list[n] = id;
             work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;
         }
@@ -257,8 +262,8 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
     if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;
     walk = springls__cell_walk_near(model, x, 1.0f);
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 n = contour->normal[i];
-        const float w = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x));
+        const springls__v3 n = contour->surfel[i].n;
+        const float w = 1.0f - springls__length2(springls__sub(contour->surfel[i].p, x));
         const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
         if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
         all += w;
@@ -291,7 +296,7 @@ SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, c
     rim.place = rim.normal = springls__zero3();
     rim.weight = rim.reach = 0.0f;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 p = model->set.s[i].p, n = contour->normal[i], d = springls__sub(p, middle);
+        const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n, d = springls__sub(p, middle);
         const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);
         const float aside2 = springls__length2(springls__mad(d, forward, -ahead));
         if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;
@@ -479,22 +484,47 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 
 /* ---- the kernels ---- */
 
-/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */
+/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
+SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
+{
+    int k, before;
+    for (k = 0; k < 2; k++) {
+        const int across = k ? springls__axis_after(axis) : springls__axis_after(springls__axis_after(axis)), beside = 3 - axis - across;
+        int node[3];
+        for (before = 0; before < 2; before++) {
+            node[axis] = at[axis];
+            node[across] = at[across];
+            node[beside] = at[beside] - before;
+            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
+                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
+        }
+    }
+}
+
+/* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int node, axis, sum = 0, at[3];
-    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;
-    for (node = 0; node < 512; node++) {
-            springls__node_of_brick(node, at);
-        for (axis = 0; axis < 3; axis++) {
-            const int p = springls__axis_after(axis), q = springls__axis_after(p);
-            const int *count = work->owned.count;
-            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };
-            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;
-            brick->face_end[3 * node + axis] = sum;
-        }
-    }
+    int axis, u, v, k, at[3];
+    for (k = 0; k < 1536; k++) work->ends[k] = 0;
+    for (axis = 0; axis < 3; axis++)
+        for (v = 0; v < 9; v++)
+            for (u = 0; u < 9; u++) {
+                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
+                int node, owner;
+                at[axis] = 0;
+                at[p] = u;
+                at[q] = v;
+                owner = springls__table_node(brick, at, &node);
+                if (owner < 0) continue;
+                if (contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line]
+                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
+                for (; at[axis] < 8; at[axis]++) {
+                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
+                    if (crossings) springls__add_ends(at, axis, crossings, work);
+                }
+            }
+    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
@@ -508,42 +538,53 @@ SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, S
     return b >= 0 && contour->brick[b].plain[node];
 }
 
+/* Finds the arcs of a face. */
+SPRINGLS__MATHS void springls__find_face_arcs(const springls__model *model, const springls__contour *contour,
+                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const springls__face *face,
+                                              const int of_node[3], springls__owned owned, springls__face_work *work)
+{
+    const bool plain = springls__is_plain_face(contour, brick, of_node, face->axis);
+    int i;
+    springls__join_border(contour, face, springls__face_border(contour, brick, face, of_node, work), work);
+    for (i = 0; i < owned.count; i++) {
+        const springls__arc_section section = springls__section_of_arc(contour, face, &work->arc[i]);
+        if (!plain) springls__find_corners(model, contour, face, &section, &work->arc[i]);
+        if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0)) springls__make_plain(face, &section, 0.05f, &work->arc[i]);
+        work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
+        work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
+    }
+    springls__part_arcs(contour, face, owned.count, work);
+    for (i = 0; i < owned.count; i++) {
+        springls__arc arc = work->arc[i];
+        arc.corner[0] = springls__snapped3(arc.corner[0]);
+        arc.corner[1] = springls__snapped3(arc.corner[1]);
+        contour->arc[owned.first + i] = arc;
+    }
+}
+
 /* Finds the arcs of the faces of brick b. */
 SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
                                          springls__face_work *work)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
-    int k, arcs, i;
-    if (brick->face_end[1535] == 0) return;
-    springls__gather_owned(contour, brick, false, &work->owned);
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
+    int k;
     for (k = 0; k < 1536; k++) {
-        const int begin = k ? brick->face_end[k - 1] : 0;
+        springls__owned owned;
         springls__face face;
         int of_node[3];
-        arcs = brick->face_end[k] - begin;
-        if (arcs == 0) continue;
-        face.axis = k % 3;
+        if ((k & 7) == 0 && begin[k >> 3] == begin[(k >> 3) + 1]) {
+            k += 7;
+            continue;
+        }
+        if (brick->arcs[k] == 0) continue;
+        face.axis = k >> 9;
         face.b = springls__axis_after(face.axis);
         face.c = springls__axis_after(face.b);
-        springls__node_of_brick(k / 3, of_node);
-        springls__place_of_node(brick, k / 3, face.o);
-        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);
-        for (i = 0; i < arcs; i++) {
-            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);
-            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);
-            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);
-            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))
-                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);
-            work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
-            work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
-        }
-        springls__part_arcs(contour, &face, arcs, work);
-        for (i = 0; i < arcs; i++) {
-            springls__arc arc = work->arc[i];
-            arc.corner[0] = springls__snapped3(arc.corner[0]);
-            arc.corner[1] = springls__snapped3(arc.corner[1]);
-            contour->arc[brick->first_arc + begin + i] = arc;
-        }
+        springls__node_of_brick(k & 511, of_node);
+        springls__place_of_node(brick, k & 511, face.o);
+        owned = springls__arcs_of_face(contour, brick, of_node, face.axis);
+        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);
     }
 }
 

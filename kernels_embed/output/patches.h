@@ -25,7 +25,7 @@ typedef struct springls__link { int from, to, arc, forward, face, used; } spring
 
 /* Working memory of one brick. */
 typedef struct springls__cell_work {
-    springls__owned owned;
+    uint8_t sides[512]; /* how many arcs the faces of each cell have */
     springls__link link[SPRINGLS__CELL_ARCS];
     springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];
     springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */
@@ -41,19 +41,19 @@ typedef struct springls__cell_work {
 /* ---- cycles ---- */
 
 /* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
-SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],
-                                          springls__cell_work *work)
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const int of_node[3], springls__cell_work *work)
 {
     int axis, side, k, at[3];
     work->links = 0;
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 2; side++) {
-            int face;
+            springls__owned owned;
             for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
-            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
-            for (k = 0; k < work->owned.count[face]; k++) {
+            owned = springls__arcs_of_face(contour, brick, at, axis);
+            for (k = 0; k < owned.count; k++) {
                 springls__link *link = &work->link[work->links++];
-                link->arc = work->owned.first[face] + k;
+                link->arc = owned.first + k;
                 link->forward = side;
                 link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
                 link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;
@@ -523,14 +523,13 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
 }
 
 /* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
-SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],
-                                         springls__cell_work *work)
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                         const int of_node[3], springls__cell_work *work)
 {
     int cycle, way, k, begin = 0;
     bool plain;
-    springls__list_links(contour, of_node, work);
+    springls__list_links(contour, brick, of_node, work);
     work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
-    if (work->links == 0) return true;
     springls__find_cycles(contour, contour->first_corner, work);
     plain = work->cycles == 1;
     for (cycle = 0; cycle < work->cycles; cycle++) {
@@ -546,17 +545,26 @@ SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const
     return false;
 }
 
-/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */
+/* Counts the arcs on the faces of each cell of brick b. Returns their sum. */
 SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
 {
-    int node, k, sum = 0, at[3];
-    const int step[3] = { 1, 9, 81 };
-    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;
-    for (node = 0; node < 512; node++) {
-        springls__node_of_brick(node, at);
-        for (k = 0; k < 6; k++)
-            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    int k, axis, sum = 0, at[3];
+    for (k = 0; k < 512; k++) work->sides[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
+        const bool some = brick->begin[SPRINGLS__OF_ARCS][64 * axis] != brick->begin[SPRINGLS__OF_ARCS][64 * axis + 64];
+        for (k = 0; k < 512 && some; k++) { /* each is a side of two cells */
+            const int arcs = brick->arcs[512 * axis + k];
+            if (arcs == 0) continue;
+            springls__node_of_brick(k, at);
+            work->sides[k] += (uint8_t)arcs;
+            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
+        }
+        for (k = 0; k < 64 && next >= 0; k++)
+            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
     }
+    for (k = 0; k < 512; k++) sum += work->sides[k];
     return sum;
 }
 
@@ -568,13 +576,14 @@ SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, in
     int node, k;
     brick->triangles = brick->inner = 0;
     for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
-    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;
+    if (springls__count_links(contour, b, work) == 0) return;
     for (node = 0; node < 512; node++) {
         SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
         int of_node[3];
+        if (work->sides[node] == 0) continue;
         springls__node_of_brick(node, of_node);
         for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
-        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        if (!springls__fill_cell(contour, brick, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
         for (k = work->own_vertices; k < work->vertices; k++) {
             springls__crossing v;
             v.x = work->vertex[k].x;

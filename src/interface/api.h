@@ -690,8 +690,8 @@ typedef struct springls_mesh {
     float *positions;       /* 3 a vertex, world                                                                    */
     float *normals;         /* 3 a vertex, unit, outward                                                            */
     float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
-    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: that does not face away from the
-                               vertex), -1 when none is within a voxel                                              */
+    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: of the one that shows most there),
+                               -1 when none is within a voxel                                                       */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
     uint64_t version;       /* of the springls that it shows: springls_mesh_errors refuses it when they have changed; 0, as of a

@@ -119,6 +119,7 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
 SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->springls_version++;
+    ctx->model_version++;
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;

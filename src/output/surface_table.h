@@ -15,8 +15,8 @@
 #include "../solver/follow.h"
 
 typedef enum springls__surface_kernel {
-    SPRINGLS__SURFACE_COUNT_HITS,
-    SPRINGLS__SURFACE_FIND_HITS,
+    SPRINGLS__SURFACE_SORT_HITS,
+    SPRINGLS__SURFACE_WEIGH_HITS,
     SPRINGLS__SURFACE_FIND_SIDES,
     SPRINGLS__SURFACE_COUNT_CROSSINGS,
     SPRINGLS__SURFACE_FIND_CROSSINGS,
@@ -30,10 +30,12 @@ typedef enum springls__surface_kernel {
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
-    springls__v3 *normal;
-    uint8_t *creased;
+    springls__surfel *surfel;
+    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
+    int *first_found;
     springls__surface_kernel kernel;
     int bricks;
+    size_t table_size;
 } springls__surface_job;
 
 /* Working memory of one lane. */
@@ -60,11 +62,11 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     for (; begin < end; begin++) {
         if (contour->brick[begin].ready) continue;
         switch (job->kernel) {
-        case SPRINGLS__SURFACE_COUNT_HITS: springls__brick_hits(model, contour, begin, false, &work->trims); break;
-        case SPRINGLS__SURFACE_FIND_HITS: springls__brick_hits(model, contour, begin, true, &work->trims); break;
+        case SPRINGLS__SURFACE_SORT_HITS: springls__sort_hits(contour, begin); break;
+        case SPRINGLS__SURFACE_WEIGH_HITS: springls__weigh_hits(contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__find_crossings(model, contour, begin, false, &work->line); break;
-        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, true, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
+        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
@@ -82,23 +84,25 @@ SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__surface_normal_task(void *arg, int begin, int end)
+/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
+SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
-    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(job->ctx->model.set.s[begin]);
-}
-
-SPRINGLS__FN void springls__surface_crease_task(void *arg, int begin, int end)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    for (; begin < end; begin++) job->creased[begin] = springls__is_creased(&job->ctx->model, job->normal, begin);
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end && begin < model->grid.active_count; begin++)
+        springls__find_creased(model, job->surfel, model->grid.active[begin]);
+    for (; begin < end; begin++) {
+        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
+        job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
+    }
 }
 
 /* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
 
 /* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
-SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, size_t size, const int place[3])
+SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
 {
+    const size_t size = job->table_size;
     int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     size_t slot = springls__hash3((uint32_t)(place[0] + 1), (uint32_t)(place[1] + 1), (uint32_t)(place[2] + 1)) & (size - 1);
     for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
@@ -128,13 +132,14 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
     table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    job->table_size = size;
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < g->active_count; i++) {
         springls__brick_place(g, g->slot_brick[g->active[i]], center);
         for (d = 0; d < 27; d++) {
             int *at;
             springls__place_around(center, d, place);
-            at = springls__surface_slot(job, size, place);
+            at = springls__surface_slot(job, place);
             if (*at >= 0) continue;
             *at = job->bricks;
             memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
@@ -142,19 +147,74 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     }
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
-    memset(job->contour.brick, 0, (size_t)job->bricks * sizeof(springls__surface_brick));
+    for (i = 0; i < job->bricks; i++)
+        for (d = 14; d < 27; d++) job->contour.brick[i].around[d] = -1;
     for (i = 0; i < job->bricks; i++) {
         springls__surface_brick *brick = job->contour.brick + i;
-        for (k = 0; k < 3; k++) brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
-        for (d = 0; d < 27; d++) {
+        int last[3];
+        for (k = 0; k < 3; k++) {
+            brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
+            last[k] = brick->origin[k] + SPRINGLS__BRICK - 1;
+        }
+        brick->slot = -1;
+        if (springls__grid_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+            && springls__grid_contains(g, last[0], last[1], last[2]))
+            brick->slot = springls__table_contains(g, last[0], last[1], last[2])
+                       && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+                        ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
+        brick->ready = 0;
+        memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
+        memset(brick->beside_hits, 0, sizeof brick->beside_hits);
+        memset(brick->plain, 0, sizeof brick->plain);
+        brick->around[13] = i;
+        for (d = 0; d < 13; d++) { /* the others are found from there */
+            int other;
             springls__place_around(places + 3 * (size_t)i, d, place);
-            brick->around[d] = *springls__surface_slot(job, size, place);
+            other = *springls__surface_slot(job, place);
+            brick->around[d] = other;
+            if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
     return SPRINGLS_OK;
 }
 
-/* ---- sums between kernels ---- */
+/* ---- hits ---- */
+
+/* Makes the surfels of springls. */
+SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    int place[3], k;
+    for (; begin < end; begin++) {
+        springls__surfel *surfel = job->surfel + begin;
+        surfel->p = model->set.s[begin].p;
+        surfel->n = springls__springl_normal(model->set.s[begin]);
+        springls__voxel_of_place(&model->grid, surfel->p, place);
+        for (k = 0; k < 3; k++) place[k] >>= 3;
+        surfel->home = *springls__surface_slot(job, place);
+    }
+}
+
+SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__trims trims;
+    for (; begin < end; begin++)
+        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
+}
+
+/* Finds the hits of springls, and where those of the next one begin at most. */
+SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__surface_work *work = (springls__surface_work *)(void *)memory;
+    for (; begin < end; begin++) {
+        springls__row_hit *found = job->found + job->first_found[begin];
+        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
+        if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
+    }
+}
 
 /* Fails when a count does not fit an int. */
 SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64_t count)
@@ -162,73 +222,134 @@ SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64
     return count > INT32_MAX / 8 ? springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles") : SPRINGLS_OK;
 }
 
-/* Finds all hits. */
-SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+/* Returns how many crossings or arcs a row has. */
+SPRINGLS__FN int springls__count_of_row(const springls__surface_brick *brick, int of, int row)
+{
+    const uint8_t *count = (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row;
+    int k, sum = 0;
+    for (k = 0; k < 8; k++) sum += count[k];
+    return sum;
+}
+
+/* Finds where the contents of all rows begin, and makes room for them in a buffer; begin: how many hits each row has. total: their sum. */
+SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, int of, int buffer, size_t element, int *total)
+{
+    int64_t sum = 0;
+    int b, row;
+    for (b = 0; b < job->bricks; b++) {
+        int *begin = job->contour.brick[b].begin[of];
+        for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) {
+            const int count = of == SPRINGLS__OF_HITS ? begin[row] : springls__count_of_row(job->contour.brick + b, of, row);
+            begin[row] = (int)sum;
+            sum += count;
+        }
+        begin[SPRINGLS__TABLE_ROWS] = (int)sum;
+        SPRINGLS__TRY(springls__surface_fits(job->ctx, sum));
+    }
+    *total = (int)sum;
+    return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
+}
+
+/* Finds the hits of all springls, each at once. */
+SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    uint64_t sum = 0;
+    const int count = ctx->model.set.count;
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    int64_t sum = 0;
+    int i;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
+    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
+    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
+    for (i = 0; i < count; i++) {
+        const int hits = job->first_found[i];
+        job->first_found[i] = (int)sum;
+        sum += hits;
+        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
+    }
+    job->first_found[count] = (int)sum;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
+    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
+    return SPRINGLS_OK;
+}
+
+/* Returns the k-th hit that a springl has found, NULL at the end. */
+SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
+{
+    const springls__row_hit *hit = job->found + job->first_found[i] + k;
+    return job->first_found[i] + k < job->first_found[i + 1] && hit->row >= 0 ? hit : NULL;
+}
+
+/* Notes which bricks have no hits around them. */
+SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
+{
     int b, k;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_HITS));
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
         brick->quiet = 1;
-        for (k = 0; k < 27; k++)
-            if (brick->around[k] >= 0 && job->contour.brick[brick->around[k]].hit) brick->quiet = 0;
-    }
-    for (b = 0; b < job->bricks; b++) {
-        springls__surface_brick *brick = job->contour.brick + b;
-        uint32_t begin = 0;
-        brick->first_hit = (uint32_t)sum;
-        for (k = 0; k < 192; k++) {
-            brick->line_begin[k] = begin;
-            begin += brick->line_end[k];
-            brick->line_end[k] = brick->line_begin[k];
+        for (k = 0; k < 27; k++) {
+            const springls__surface_brick *other = job->contour.brick + brick->around[k];
+            if (brick->around[k] >= 0 && other->begin[SPRINGLS__OF_HITS][0] != other->begin[SPRINGLS__OF_HITS][SPRINGLS__TABLE_ROWS])
+                brick->quiet = 0;
         }
-        sum += begin;
-        SPRINGLS__TRY(springls__surface_fits(ctx, (int64_t)sum));
     }
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HIT, (size_t)sum, sizeof(springls__hit)));
-    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_HITS);
 }
 
-/* Finds all crossings; their number is that of the first vertex that is none. */
-SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+/* Puts the hits of all springls into rows. */
+SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    int64_t sum = 0;
-    int b;
+    const springls__row_hit *hit;
+    int i, b, k, hits;
+    SPRINGLS__TRY(springls__springls_hits(job));
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
+            job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
+    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
+    springls__find_quiet_bricks(job);
+    for (b = 0; b < job->bricks; b++) { /* begin[row + 1]: where the next hit goes */
+        int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
+        memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
+    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
+}
+
+/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
+SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+{
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
-    for (b = 0; b < job->bricks; b++) {
-        job->contour.brick[b].first_crossing = (int)sum;
-        sum += job->contour.brick[b].edge_end[1535];
-        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
-    }
-    job->contour.first_corner = (int)sum;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CROSSING, (size_t)sum, sizeof(springls__crossing)));
-    job->contour.crossing = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
+                                       &job->contour.first_corner));
+    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
     return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
 }
 
-/* Finds all arcs, and makes room for triangles. */
+/* Finds all arcs. */
 SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+{
+    int arcs;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
+    job->contour.first_inner = job->contour.first_corner + 2 * arcs;
+    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
+}
+
+/* Makes room for triangles, and for vertices in cells. */
+SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     int64_t sum = 0;
     int b;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-    for (b = 0; b < job->bricks; b++) {
-        job->contour.brick[b].first_arc = (int)sum;
-        sum += job->contour.brick[b].face_end[1535];
-        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
-    }
-    job->contour.first_inner = job->contour.first_corner + 2 * (int)sum;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_ARC, (size_t)sum, sizeof(springls__arc)));
-    job->contour.arc = (springls__arc *)ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
-    for (b = 0, sum = 0; b < job->bricks; b++) {
+    for (b = 0; b < job->bricks; b++) {
         job->contour.brick[b].first_triangle = 6 * (int)sum;
         job->contour.brick[b].first_inner = 3 * (int)sum;
         sum += job->contour.brick[b].links;
@@ -243,45 +364,49 @@ SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
 
 /* ---- cells whose triangles cross ---- */
 
-/* Takes crossing k of an edge of a brick, and the next one, away. */
-SPRINGLS__FN void springls__remove_pair(const springls__surface_job *job, springls__surface_brick *brick, int edge, int k)
+/* The nearest two crossings of one edge that have been found, and where the row of the edge is. */
+typedef struct springls__near_pair { float gap; int brick, row, edge, crossing; } springls__near_pair;
+
+/* Looks for a nearer pair on an edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__FN springls__near_pair springls__nearer_pair(const springls__surface_job *job, const springls__surface_brick *brick,
+                                                       const int at[3], int axis, springls__near_pair best)
 {
-    springls__crossing *crossing = job->contour.crossing + brick->first_crossing;
-    int e;
-    memmove(crossing + k, crossing + k + 2, (size_t)(brick->edge_end[1535] - k - 2) * sizeof *crossing);
-    for (e = edge; e < 1536; e++) brick->edge_end[e] -= 2;
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const springls__owned owned = springls__crossings_of_edge(&job->contour, brick, at, axis);
+    int k, node;
+    for (k = owned.first; k + 1 < owned.first + owned.count; k++) {
+        const springls__crossing *pair = job->contour.crossing + k;
+        const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
+        if (gap >= best.gap) continue;
+        best.gap = gap;
+        best.crossing = k;
+        best.brick = springls__table_node(brick, at, &node);
+        best.row = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7);
+        best.edge = 8 * best.row + (at[axis] & 7);
+    }
+    return best;
 }
 
 /* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
-SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int node)
+SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int cell)
 {
-    springls__surface_brick *best_brick = NULL;
-    float least = FLT_MAX;
-    int axis, side, k, best = 0, best_edge = 0, at[3];
+    springls__near_pair best = { FLT_MAX, -1, 0, 0, 0 };
+    springls__surface_brick *owner;
+    springls__crossing *crossing = job->contour.crossing;
+    int axis, side, end, at[3];
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 4; side++) {
-            int other, edge, begin;
-            springls__surface_brick *owner;
-            springls__node_of_brick(node, at);
+            springls__node_of_brick(cell, at);
             at[springls__axis_after(axis)] += side & 1;
             at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
-            other = springls__table_node(brick, at, &edge);
-            if (other < 0) continue;
-            owner = job->contour.brick + other;
-            edge = 3 * edge + axis;
-            begin = edge ? owner->edge_end[edge - 1] : 0;
-            for (k = begin; k + 1 < owner->edge_end[edge]; k++) {
-                const springls__crossing *pair = job->contour.crossing + owner->first_crossing + k;
-                const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
-                if (gap >= least) continue;
-                least = gap;
-                best_brick = owner;
-                best_edge = edge;
-                best = k;
-            }
+            best = springls__nearer_pair(job, brick, at, axis, best);
         }
-    if (best_brick) springls__remove_pair(job, best_brick, best_edge, best);
-    return best_brick != NULL;
+    if (best.brick < 0) return false;
+    owner = job->contour.brick + best.brick;
+    end = owner->begin[SPRINGLS__OF_CROSSINGS][best.row] + springls__count_of_row(owner, SPRINGLS__OF_CROSSINGS, best.row);
+    memmove(crossing + best.crossing, crossing + best.crossing + 2, (size_t)(end - best.crossing - 2) * sizeof *crossing);
+    owner->crossings[best.edge] = (uint8_t)(owner->crossings[best.edge] - 2);
+    return true;
 }
 
 /* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
@@ -319,10 +444,10 @@ SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *
 
 /* ---- the mesh ---- */
 
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals: of a mesh of springls; else NULL. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else NULL. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions, *normals;
-    int *triangles, vertex_count, triangle_count;
+    int *springls, *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
 
 /* Returns a vertex by its number in the table. */
@@ -340,8 +465,16 @@ SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface
     v.n = springls__add(k == 0 ? contour->crossing[arc->from].n : arc->rim,
                         k == arc->corners - 1 ? contour->crossing[arc->to].n : arc->rim);
     v.side = 0;
-    v.springl = -1;
+    v.springl = contour->crossing[k == 0 ? arc->from : arc->to].springl;
     return v;
+}
+
+SPRINGLS__FN void springls__use_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
+    mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
+    mesh->springls = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_SPRINGL].data;
+    mesh->triangles = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_CORNER].data;
 }
 
 /* Gathers the triangles of all bricks, and the vertices that they use in the order of their numbers. */
@@ -360,18 +493,18 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
         mesh->triangle_count += brick->triangles;
     }
     for (k = 0; k < numbers; k++) rank[k] = rank[k] ? ++mesh->vertex_count : 0;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, 3 * (size_t)mesh->triangle_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, mesh->vertex_count));
-    mesh->positions = springls__surface_positions(&ctx->model);
-    mesh->triangles = springls__surface_corners(&ctx->model);
-    mesh->normals = springls__vertex_gradient(&ctx->model);
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_POSITION, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_NORMAL, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_SPRINGL, (size_t)mesh->vertex_count, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_CORNER, 3 * (size_t)mesh->triangle_count, sizeof(int)));
+    springls__use_surface_mesh(ctx, mesh);
     for (k = 0; k < numbers; k++) {
         springls__crossing v;
         if (rank[k] == 0) continue;
         v = springls__surface_vertex(job, k);
         mesh->positions[rank[k] - 1] = v.x;
         mesh->normals[rank[k] - 1] = v.n;
+        mesh->springls[rank[k] - 1] = v.springl;
     }
     for (b = 0; b < job->bricks; b++) {
         const springls__surface_brick *brick = job->contour.brick + b;
@@ -400,8 +533,8 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Makes the mesh that the springls show, on the host. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+/* Makes the mesh of what springls hold. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int count = ctx->model.set.count;
     springls__surface_job job;
@@ -409,31 +542,65 @@ SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, s
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_NORMAL, (size_t)count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CREASED, (size_t)count, 1));
-    job.contour.normal = job.normal = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_NORMAL].data;
-    job.contour.creased = job.creased = (uint8_t *)ctx->surface_memory[SPRINGLS__SURFACE_CREASED].data;
-    springls__parallel(ctx, count, 1024, springls__surface_normal_task, &job);
-    springls__parallel(ctx, count, 256, springls__surface_crease_task, &job);
     SPRINGLS__TRY(springls__surface_bricks(&job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
+    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
+    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
     SPRINGLS__TRY(springls__surface_hits(&job));
     SPRINGLS__TRY(springls__surface_crossings(&job));
     SPRINGLS__TRY(springls__surface_arcs(&job));
+    SPRINGLS__TRY(springls__reserve_triangles(&job));
     SPRINGLS__TRY(springls__surface_triangles(&job));
     SPRINGLS__TRY(springls__surface_gather(&job, mesh));
     springls__surface_normals(mesh);
     return SPRINGLS_OK;
 }
 
-/* Finds the correspondences and springls of the mesh's vertices, of springls that face the same way. */
+/* Returns the mesh of what springls hold, on the host. It is made where the model has changed since it was made last. The cell list must be
+   fresh. */
+SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    springls__raw_mesh kept;
+    size_t vertices, corners;
+    if (ctx->surface_version != ctx->model_version) {
+        ctx->surface_version = 0;
+        SPRINGLS__TRY(springls__make_surface_mesh(ctx, &kept));
+        ctx->surface_vertices = kept.vertex_count;
+        ctx->surface_triangles = kept.triangle_count;
+        ctx->surface_version = ctx->model_version;
+    }
+    memset(mesh, 0, sizeof *mesh);
+    vertices = (size_t)ctx->surface_vertices;
+    corners = 3 * (size_t)ctx->surface_triangles;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__use_surface_mesh(ctx, &kept);
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->normals = springls__vertex_gradient(&ctx->model);
+    mesh->springls = springls__vertex_springl(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    mesh->vertex_count = ctx->surface_vertices;
+    mesh->triangle_count = ctx->surface_triangles;
+    if (vertices == 0) return SPRINGLS_OK;
+    memcpy(mesh->positions, kept.positions, vertices * sizeof *mesh->positions);
+    memcpy(mesh->normals, kept.normals, vertices * sizeof *mesh->normals);
+    memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
+    memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
+    return SPRINGLS_OK;
+}
+
+/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
 SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
 {
     const springls__model *model = (const springls__model *)arg;
     for (; begin < end; begin++) {
         const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
-        const int nearest = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
-        springls__vertex_correspondence(model)[begin] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
-        springls__vertex_springl(model)[begin] = nearest;
+        int *springl = springls__vertex_springl(model) + begin;
+        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
     }
 }
 

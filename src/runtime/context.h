@@ -66,14 +66,19 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 enum {
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
-    SPRINGLS__SURFACE_NORMAL,
-    SPRINGLS__SURFACE_CREASED,
+    SPRINGLS__SURFACE_SURFEL,
+    SPRINGLS__SURFACE_FIRST_FOUND,
+    SPRINGLS__SURFACE_FOUND,
     SPRINGLS__SURFACE_HIT,
     SPRINGLS__SURFACE_CROSSING,
     SPRINGLS__SURFACE_ARC,
     SPRINGLS__SURFACE_INNER,
     SPRINGLS__SURFACE_TRIANGLE,
     SPRINGLS__SURFACE_RANK,
+    SPRINGLS__SURFACE_MESH_POSITION,
+    SPRINGLS__SURFACE_MESH_NORMAL,
+    SPRINGLS__SURFACE_MESH_SPRINGL,
+    SPRINGLS__SURFACE_MESH_CORNER,
     SPRINGLS__SURFACE_BUFFERS
 };
 
@@ -300,9 +305,12 @@ struct springls_context {
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
-    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* working memory of surface_table.h               */
+    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
+    uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
+    int surface_vertices, surface_triangles;
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
+    uint64_t model_version; /* counts what may have changed springls or the level set                            */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];

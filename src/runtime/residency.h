@@ -16,6 +16,7 @@
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
 }
 
 /* Returns how many elements of an array are in use. */
