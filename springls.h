@@ -25613,14 +25613,14 @@ SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGL
 SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)
 {
     SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);
-    const float half = 4.0f;
+    const float width = 4.0f;
     int o[3], eighth, row, k;
     uint32_t at;
     springls__slot_origin(&model->grid, slot, o);
     for (eighth = 0; eighth < 8; eighth++) {
         const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;
         const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));
-        const springls__v3 upper = springls__v3_make(lower.x + half, lower.y + half, lower.z + half);
+        const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
         int creased = -1; /* not known yet */
         for (row = 0; row < 4; row++) {
             const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));
@@ -40277,14 +40277,14 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);\n",
-    "    const float half = 4.0f;\n",
+    "    const float width = 4.0f;\n",
     "    int o[3], eighth, row, k;\n",
     "    uint32_t at;\n",
     "    springls__slot_origin(&model->grid, slot, o);\n",
     "    for (eighth = 0; eighth < 8; eighth++) {\n",
     "        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;\n",
     "        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));\n",
-    "        const springls__v3 upper = springls__v3_make(lower.x + half, lower.y + half, lower.z + half);\n",
+    "        const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);\n",
     "        int creased = -1; /* not known yet */\n",
     "        for (row = 0; row < 4; row++) {\n",
     "            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));\n",

@@ -312,6 +312,51 @@ TEST nothing_has_no_mesh(void)
     PASS();
 }
 
+/* Returns whether two meshes are the same bits. */
+static int same_mesh(const springls_mesh *a, const springls_mesh *b)
+{
+    const size_t v = 3 * (size_t)a->vertex_count * sizeof(float), t = 3 * (size_t)a->triangle_count * sizeof(int);
+    return a->vertex_count == b->vertex_count && a->triangle_count == b->triangle_count && memcmp(a->positions, b->positions, v) == 0
+        && memcmp(a->normals, b->normals, v) == 0 && memcmp(a->triangles, b->triangles, t) == 0
+        && memcmp(a->correspondences, b->correspondences, v) == 0 && memcmp(a->springls, b->springls, v / 3) == 0;
+}
+
+/* The mesh is kept while the model stays, and made anew after what changes it: as a model has it that is restored. */
+TEST the_kept_mesh_is_of_the_model(void)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.2f, 15.8f, 8.0f), *other = fixture_context(32, &params);
+    d3 axis = d3_make(0.1, 0.0, 0.0);
+    springls_forces forces = fixture_forces(whirl, &axis);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_mesh first, again, moved, restored;
+    springls_measures measures;
+    size_t size = 0;
+    void *snapshot;
+    ASSERT_OK(springls_extract_mesh(ctx, &first));
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_OK(springls_extract_mesh(ctx, &again));
+    ASSERT(same_mesh(&first, &again));
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_OK(springls_extract_mesh(ctx, &moved));
+    ASSERT(!same_mesh(&first, &moved));
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    snapshot = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, snapshot, size, &size));
+    ASSERT_OK(springls_restore(other, snapshot, size));
+    ASSERT_OK(springls_set_params(other, &params));
+    ASSERT_OK(springls_extract_mesh(other, &restored));
+    ASSERT(same_mesh(&moved, &restored));
+    free(snapshot);
+    springls_mesh_free(ctx, &first);
+    springls_mesh_free(ctx, &again);
+    springls_mesh_free(ctx, &moved);
+    springls_mesh_free(other, &restored);
+    springls_destroy(ctx);
+    springls_destroy(other);
+    PASS();
+}
+
 /* Memory that runs out at any allocation fails the call, and nothing else. */
 TEST memory_may_run_out(void)
 {
@@ -354,6 +399,7 @@ SUITE(contouring)
     for (i = 0; i < 20; i++) RUN_TESTp(noise_is_closed, i);
     for (i = 0; i < 20; i++) RUN_TESTp(soup_is_closed, i);
     RUN_TEST(nothing_has_no_mesh);
+    RUN_TEST(the_kept_mesh_is_of_the_model);
     RUN_TEST(memory_may_run_out);
 }
 
