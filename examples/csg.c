@@ -9,7 +9,7 @@
 #include "springls/run_options.h"
 #include "springls/solid_grid.h"
 #include "springls_cl.h"
-#include "surface/mesh_io.h"
+#include "surface/mesh_local.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -24,6 +24,7 @@ struct solid {
     springls_sphere ball;
     springls_box box;
     struct mesh mesh;
+    double origin[3]; /* that its places are less by */
     struct mesh_followed followed; /* of a file */
     float lower[3], upper[3];
     springls_context *ctx;
@@ -98,7 +99,7 @@ static bool read_solid(struct solid *s)
         s->ball.radius = (float)n[3];
         return true;
     }
-    if (!mesh_read(s->text, &s->mesh, error)) {
+    if (!mesh_read_local(s->text, &s->mesh, s->origin, error)) {
         cli_fail("csg", CLI_EXIT_FAILURE, "%s", error);
         return false;
     }
@@ -113,6 +114,24 @@ static bool read_solid(struct solid *s)
     raycast_grow_box(s->mesh.positions, s->mesh.vertex_count, s->lower, s->upper);
     return (vec3_within_reach(s->lower) && vec3_within_reach(s->upper))
         || cli_fail("csg", CLI_EXIT_FAILURE, "%s: " VEC3_TOO_FAR, s->text) == CLI_CONTINUE;
+}
+
+/* Moves the second solid to the origin of the first one. */
+static void share_origin(struct csg *csg)
+{
+    struct solid *a = &csg->solids[0], *b = &csg->solids[1];
+    for (int c = 0; c < 3 && csg->count == 2; ++c) {
+        const double move = b->origin[c] - a->origin[c];
+        for (size_t v = 0; move != 0.0 && v < b->mesh.vertex_count; ++v) {
+            b->mesh.positions[3 * v + (size_t)c] = (float)((double)b->mesh.positions[3 * v + (size_t)c] + move);
+        }
+        if (move != 0.0) {
+            b->lower[c] = (float)((double)b->lower[c] + move);
+            b->upper[c] = (float)((double)b->upper[c] + move);
+            b->ball.center[c] = b->box.center[c] = (float)((double)b->ball.center[c] + move);
+        }
+        b->origin[c] = a->origin[c];
+    }
 }
 
 /* Makes a grid of cubes around all solids, with a margin for the result. */
@@ -269,6 +288,7 @@ static bool write_result(struct csg *csg)
 {
     char error[MESH_TEXT] = "not enough memory";
     uint32_t *indices = indices_of(&csg->mesh);
+    const double *origin = csg->solids[0].origin;
     const struct mesh_arrays arrays = {.positions = csg->mesh.positions,
                                        .vertex_count = (size_t)csg->mesh.vertex_count,
                                        .indices = indices,
@@ -276,7 +296,8 @@ static bool write_result(struct csg *csg)
                                        .normals = csg->mesh.normals,
                                        .colors = csg->colors,
                                        .originals = csg->mesh.correspondences,
-                                       .comment = "a_x a_y a_z: place on the solids that were given"};
+                                       .comment = "a_x a_y a_z: place on the solids that were given",
+                                       .origin = origin[0] != 0.0 || origin[1] != 0.0 || origin[2] != 0.0 ? origin : NULL};
     const bool fine = indices && mesh_write(csg->result, &arrays, error);
     free(indices);
     return fine || cli_fail("csg", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
@@ -389,6 +410,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     if (vanishes(csg)) {
         return nothing_left(csg);
     }
+    share_origin(csg);
     const springls_grid_desc grid = make_grid(csg);
     const struct raycast_camera camera = camera_of(csg);
     for (int i = 0; i < csg->count; ++i) {

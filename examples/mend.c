@@ -9,7 +9,7 @@
 #include "springls/solid_grid.h"
 #include "springls_cl.h"
 #include "surface/mesh_check.h"
-#include "surface/mesh_io.h"
+#include "surface/mesh_local.h"
 #include "surface/outer_skin.h"
 
 #include <math.h>
@@ -24,7 +24,8 @@ struct mend {
     const char *input, *out, *picture, *set, *cavities;
     double opening, specks;
     bool strict;
-    struct mesh mesh; /* as read */
+    struct mesh mesh; /* as read, less the origin */
+    double origin[3];
     struct outer_skin skin;
     struct mesh_followed followed; /* of the skin */
     springls_params params;
@@ -41,7 +42,7 @@ static bool read_mesh(struct mend *m)
 {
     char error[MESH_TEXT];
     float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
-    if (!mesh_read(m->input, &m->mesh, error)) {
+    if (!mesh_read_local(m->input, &m->mesh, m->origin, error)) {
         return cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
     }
     if (m->mesh.vertex_count > 100000000 || m->mesh.triangle_count > 100000000) {
@@ -159,6 +160,23 @@ static bool make_solid(struct mend *m, springls_backend *backend)
 
 /* ---- output ---- */
 
+static bool is_moved(const struct mend *m) { return m->origin[0] != 0.0 || m->origin[1] != 0.0 || m->origin[2] != 0.0; }
+
+/* Names what floats lose of places that are distant from the origin. */
+static void warn_of_floats(const struct mend *m)
+{
+    const double step = mesh_float_step(&m->mesh), much = 0.01; /* voxels */
+    const char *dot = m->out ? strrchr(m->out, '.') : NULL;
+    if (!is_moved(m) && step > much * m->spacing) {
+        fprintf(stderr, "mend: warning: %s: coordinates are read as floats, in steps of %.2g (%.2g voxels): PLY and OBJ are read in double "
+                        "precision\n", m->input, step, step / m->spacing);
+    } else if (is_moved(m) && dot && (strcmp(dot, ".stl") == 0 || strcmp(dot, ".STL") == 0)) {
+        const double furthest = fmax(fabs(m->origin[0]), fmax(fabs(m->origin[1]), fabs(m->origin[2])));
+        fprintf(stderr, "mend: warning: %s: STL has floats only, in steps of %.2g (%.2g voxels): PLY, OBJ and GLB keep all digits\n", m->out,
+                furthest * 1.2e-7, furthest * 1.2e-7 / m->spacing);
+    }
+}
+
 static bool write_solid(const struct mend *m)
 {
     char error[MESH_TEXT] = "not enough memory";
@@ -172,7 +190,8 @@ static bool write_solid(const struct mend *m)
                                        .indices = indices,
                                        .triangle_count = (size_t)m->result.triangle_count,
                                        .normals = m->result.normals,
-                                       .colors = m->colors};
+                                       .colors = m->colors,
+                                       .origin = is_moved(m) ? m->origin : NULL};
     const bool fine = indices && mesh_write(m->out, &arrays, error);
     free(indices);
     return fine || cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
@@ -249,6 +268,11 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
     json_number(&json, "opening", (double)m->skin.opening);
     json_integer(&json, "patches", m->skin.patches);
     json_integer(&json, "patches_turned", m->skin.turned);
+    json_array_begin(&json, "origin");
+    for (int c = 0; c < 3; ++c) {
+        json_number(&json, NULL, m->origin[c]);
+    }
+    json_array_end(&json);
     json_bool(&json, "open", m->skin.open);
     json_integer(&json, "cavities", m->skin.cavities);
     json_integer(&json, "specks", m->skin.specks);
@@ -282,6 +306,9 @@ static void print(const struct mend *m)
     }
     if (m->skin.open) {
         printf("; it is open wide, and taken as it is");
+    }
+    if (is_moved(m)) {
+        printf("; coordinates are those beyond (%.0f, %.0f, %.0f)", m->origin[0], m->origin[1], m->origin[2]);
     }
     mesh_followed_text(&m->followed, text, sizeof text);
     printf("\n%-9s %s\n", "its skin", text);
@@ -337,6 +364,9 @@ static int run(struct mend *m)
     }
     if (fine && cli_may_print(&m->common)) {
         print(m);
+    }
+    if (fine) {
+        warn_of_floats(m);
     }
     fine = fine && (!m->out || write_solid(m)) && (!m->picture || write_picture(m)) && (!m->common.json || write_json(m, backend));
     const int end = !fine ? CLI_EXIT_FAILURE : warn_of_losses(m) && m->strict ? EXIT_LOSS : CLI_EXIT_OK;

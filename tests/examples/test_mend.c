@@ -223,6 +223,42 @@ TEST what_is_lost_is_named(void)
     PASS();
 }
 
+/* The ring at coordinates of a national grid, in which floats have steps of half a unit: read and written in double precision. */
+TEST distant_meshes_keep_their_digits(void)
+{
+    static const char *const names[2] = {"utm.ply", "utm.obj"}, *const results[3] = {"there.ply", "there.obj", "there.stl"};
+    const double origin[3] = {482316.25, 5433218.5, 271.0}, volume = 2.0 * PI * PI * 0.45 * 0.45;
+    char error[MESH_TEXT], path[512];
+    make_ring(&ring);
+    const struct mesh_arrays arrays = {.positions = ring.positions,
+                                       .vertex_count = ROUND * ACROSS,
+                                       .indices = ring.indices,
+                                       .triangle_count = 2 * ROUND * ACROSS,
+                                       .origin = origin};
+    for (int i = 0; i < 3; ++i) {
+        struct mesh mesh;
+        double moved[3];
+        float worst = 0.0f;
+        snprintf(path, sizeof path, "%s", scratch(names[i % 2]));
+        ASSERT(mesh_write(path, &arrays, error));
+        const char *const more[] = {"--grid", "48", "--out", scratch(results[i]), "--quiet", NULL};
+        ASSERT_EQ(0, run_mend(path, more));
+        ASSERT_EQ(i == 2, strstr(printed("stderr"), "STL has floats only") != NULL);
+        if (i == 2) continue;
+        ASSERT(mesh_read_local(more[3], &mesh, moved, error));
+        ASSERT_EQ(5433218.0, moved[1]);
+        ASSERT_IN_RANGE(volume, mesh_volume(mesh.positions, (const int *)mesh.indices, (int)mesh.triangle_count), 0.015 * volume);
+        for (size_t v = 0; v < mesh.vertex_count; ++v) { /* on the ring, to a twentieth of a voxel of .077 */
+            const double x = (double)mesh.positions[3 * v] + moved[0] - origin[0], y = (double)mesh.positions[3 * v + 1] + moved[1] - origin[1];
+            const double z = (double)mesh.positions[3 * v + 2] + moved[2] - origin[2];
+            worst = fmaxf(worst, (float)fabs(hypot(hypot(x, y) - 1.0, z) - 0.45));
+        }
+        mesh_free(&mesh);
+        ASSERT_IN_RANGE(0.0, (double)worst, 0.01);
+    }
+    PASS();
+}
+
 TEST bad_arguments_are_refused_in_one_line(void)
 {
     static const struct {
@@ -250,6 +286,7 @@ int main(int argc, char **argv)
     RUN_TEST(hollows_go_or_stay);
     RUN_TEST(colors_come_along);
     RUN_TEST(what_is_lost_is_named);
+    RUN_TEST(distant_meshes_keep_their_digits);
     RUN_TEST(bad_arguments_are_refused_in_one_line);
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();

@@ -8,7 +8,11 @@ bool gltf_write_mesh(const char *path, const struct gltf_mesh *mesh, const struc
     struct gltf g;
     gltf_begin(&g);
     gltf_mesh(&g, mesh, look, gltf_materials(&g, look));
-    gltf_number(gltf_add(&g, "nodes", NULL), "mesh", 0);
+    cJSON *node = gltf_add(&g, "nodes", NULL);
+    gltf_number(node, "mesh", 0);
+    if (mesh->origin) {
+        gltf_numbers(node, "translation", mesh->origin, 3);
+    }
     gltf_scene(&g, &root, 1);
     return gltf_finish(&g, path);
 }

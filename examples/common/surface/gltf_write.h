@@ -11,6 +11,7 @@ struct gltf_mesh { /* arrays over vertices; all but positions may be NULL */
     const uint16_t *joints;                          /* 4 a vertex, of a skin; */
     const float *weights;                            /* their sum is 1, unused joints are 0 */
     const int *triangles;
+    const double *origin;    /* 3, of gltf_write_mesh: where the node is; NULL: at 0 */
     const int *materials_of; /* one a triangle; NULL: the first for all */
     int vertex_count, triangle_count;
 };

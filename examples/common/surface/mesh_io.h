@@ -36,6 +36,7 @@ struct mesh_arrays {
     const float *colors;     /* 0..1: as bytes in PLY, behind the place in OBJ */
     const float *originals;  /* correspondences: a_x a_y a_z in PLY, vt in OBJ */
     const char *comment;     /* one line for the header of PLY */
+    const double *origin;    /* 3, added to places and correspondences: written in double precision, but for STL; in GLB as the node's */
 };
 
 /* Writes binary little-endian PLY. Returns false with one line in `error`. */

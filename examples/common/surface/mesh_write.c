@@ -55,6 +55,18 @@ static unsigned char *put_vector(unsigned char *out, const float v[3])
     return out;
 }
 
+/* Writes a place in double precision, with the origin added, where the mesh has one. */
+static unsigned char *put_place(unsigned char *out, const struct mesh_arrays *mesh, const float v[3])
+{
+    for (int i = 0; mesh->origin && i < 3; ++i) {
+        const double x = mesh->origin[i] + (double)v[i];
+        uint64_t word;
+        memcpy(&word, &x, sizeof word);
+        out = put_word(put_word(out, (uint32_t)word), (uint32_t)(word >> 32));
+    }
+    return mesh->origin ? out : put_vector(out, v);
+}
+
 /* ---- PLY ---- */
 
 static void write_ply_header(FILE *file, const struct mesh_arrays *mesh)
@@ -63,7 +75,8 @@ static void write_ply_header(FILE *file, const struct mesh_arrays *mesh)
     if (mesh->comment) {
         fprintf(file, "comment %.200s\n", mesh->comment);
     }
-    fprintf(file, "element vertex %zu\nproperty float x\nproperty float y\nproperty float z\n", mesh->vertex_count);
+    const char *place = mesh->origin ? "double" : "float";
+    fprintf(file, "element vertex %zu\nproperty %s x\nproperty %s y\nproperty %s z\n", mesh->vertex_count, place, place, place);
     if (mesh->normals) {
         fputs("property float nx\nproperty float ny\nproperty float nz\n", file);
     }
@@ -71,7 +84,7 @@ static void write_ply_header(FILE *file, const struct mesh_arrays *mesh)
         fputs("property uchar red\nproperty uchar green\nproperty uchar blue\n", file);
     }
     if (mesh->originals) {
-        fputs("property float a_x\nproperty float a_y\nproperty float a_z\n", file);
+        fprintf(file, "property %s a_x\nproperty %s a_y\nproperty %s a_z\n", place, place, place);
     }
     if (mesh->triangle_count > 0) {
         fprintf(file, "element face %zu\nproperty list uchar int vertex_indices\n", mesh->triangle_count);
@@ -84,7 +97,7 @@ static void write_ply(FILE *file, const struct mesh_arrays *mesh)
     unsigned char row[64];
     write_ply_header(file, mesh);
     for (size_t v = 0; v < mesh->vertex_count; ++v) {
-        unsigned char *out = put_vector(row, mesh->positions + 3 * v);
+        unsigned char *out = put_place(row, mesh, mesh->positions + 3 * v);
         if (mesh->normals) {
             out = put_vector(out, mesh->normals + 3 * v);
         }
@@ -93,7 +106,7 @@ static void write_ply(FILE *file, const struct mesh_arrays *mesh)
             *out++ = (unsigned char)(c > 0.0f ? fminf(c, 1.0f) * 255.0f + 0.5f : 0.0f);
         }
         if (mesh->originals) {
-            out = put_vector(out, mesh->originals + 3 * v);
+            out = put_place(out, mesh, mesh->originals + 3 * v);
         }
         fwrite(row, 1, (size_t)(out - row), file);
     }
@@ -120,11 +133,14 @@ static void write_three(FILE *file, const char *key, const float v[3])
     fprintf(file, "%s %.9g %.9g %.9g", key, (double)v[0], (double)v[1], (double)v[2]);
 }
 
-static void write_rows(FILE *file, const char *key, const float *values, size_t count)
+/* Writes a place, with the origin added; then with fifteen digits. */
+static void write_place(FILE *file, const char *key, const struct mesh_arrays *mesh, const float v[3])
 {
-    for (size_t v = 0; values && v < count; ++v) {
-        write_three(file, key, values + 3 * v);
-        fputc('\n', file);
+    if (mesh->origin) {
+        fprintf(file, "%s %.15g %.15g %.15g", key, mesh->origin[0] + (double)v[0], mesh->origin[1] + (double)v[1],
+                mesh->origin[2] + (double)v[2]);
+    } else {
+        write_three(file, key, v);
     }
 }
 
@@ -132,14 +148,20 @@ static void write_obj(FILE *file, const struct mesh_arrays *mesh)
 {
     fputs("# v: the surface, and its color; vt: the place on the original; vn: normals\n", file);
     for (size_t v = 0; v < mesh->vertex_count; ++v) { /* a color behind the place is a common extension */
-        write_three(file, "v", mesh->positions + 3 * v);
+        write_place(file, "v", mesh, mesh->positions + 3 * v);
         if (mesh->colors) {
             write_three(file, "", mesh->colors + 3 * v);
         }
         fputc('\n', file);
     }
-    write_rows(file, "vt", mesh->originals, mesh->vertex_count);
-    write_rows(file, "vn", mesh->normals, mesh->vertex_count);
+    for (size_t v = 0; mesh->originals && v < mesh->vertex_count; ++v) {
+        write_place(file, "vt", mesh, mesh->originals + 3 * v);
+        fputc('\n', file);
+    }
+    for (size_t v = 0; mesh->normals && v < mesh->vertex_count; ++v) {
+        write_three(file, "vn", mesh->normals + 3 * v);
+        fputc('\n', file);
+    }
     for (size_t t = 0; t < mesh->triangle_count; ++t) {
         fputc('f', file);
         for (size_t k = 0; k < 3; ++k) {
@@ -167,7 +189,10 @@ static void write_stl(FILE *file, const struct mesh_arrays *mesh)
         for (size_t k = 0; k < 3; ++k) {
             memcpy(corners + 3 * k, mesh->positions + 3 * (size_t)corner(mesh, t, k), 3 * sizeof *corners);
         }
-        vec3_triangle_normal(corners, normal);
+        vec3_triangle_normal(corners, normal); /* before the origin, which floats do not resolve */
+        for (int i = 0; mesh->origin && i < 9; ++i) {
+            corners[i] = (float)(mesh->origin[i % 3] + (double)corners[i]);
+        }
         unsigned char *out = put_vector(row, normal);
         for (size_t k = 0; k < 3; ++k) {
             out = put_vector(out, corners + 3 * k);
@@ -184,6 +209,7 @@ static bool write_glb(const char *path, const struct mesh_arrays *mesh, char err
     const struct gltf_mesh glb = {.positions = mesh->positions,
                                   .normals = mesh->normals,
                                   .colors = mesh->colors,
+                                  .origin = mesh->origin,
                                   .triangles = (const int *)mesh->indices,
                                   .vertex_count = (int)mesh->vertex_count,
                                   .triangle_count = (int)mesh->triangle_count};
