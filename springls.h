@@ -551,6 +551,7 @@
    checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
+   A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
    earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
    springls_snapshot_patch makes the snapshot again.
@@ -784,8 +785,9 @@
      >>snapshot_delta       src/output/snapshot_delta.h
      >>views                src/output/views.h
      >>kernel_source        src/output/kernel_source.h
-     >>remodel              src/tools/remodel.h
+     >>follow_level_set     src/tools/follow_level_set.h
      >>combine              src/tools/combine.h
+     >>remodel              src/tools/remodel.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
 */
@@ -940,6 +942,7 @@
   #define springls_material_triangle_count SPRINGLS__NAME(springls_material_triangle_count)
   #define springls_combine SPRINGLS__NAME(springls_combine)
   #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
+  #define springls_follow_level_set SPRINGLS__NAME(springls_follow_level_set)
   #define springls_offset SPRINGLS__NAME(springls_offset)
   #define springls_smooth SPRINGLS__NAME(springls_smooth)
   #define springls_remesh SPRINGLS__NAME(springls_remesh)
@@ -2018,6 +2021,29 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
    model stays as it is. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
+
+/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
+   have just been made at `count` world points. Called on the caller's thread. */
+typedef void (*springls_values_fn)(void *user, int attribute, const float *points, int count, float *out);
+
+/* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
+typedef struct springls_follow_desc {
+    springls_implicit_fn fn;   /* as for springls_set_implicit; NULL: phi                                           */
+    const float *phi;          /* a dense volume as for springls_set_level_set, with fn NULL                        */
+    void *user;                /* handed to fn and values                                                           */
+    springls_values_fn values; /* attributes of springls on parts that come from none; NULL: zeros                  */
+    float reach;               /* voxels, at most params.band_half_width: springls within it are kept; 0: 1.5       */
+    float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
+} springls_follow_desc;
+
+/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they are drawn
+   onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are filled as by
+   springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the place where they
+   come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so that springls come
+   along. The original surface stays. INVALID_ARGUMENT: also fn and phi both given, or neither. NON_FINITE: it has returned NaN.
+   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. After OUT_OF_MEMORY the model
+   may be empty. */
+SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc);
 
 /* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to
    all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
@@ -20811,9 +20837,9 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     return count;
 }
 
-/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
-   makes the model the original surface. Fails when there are none. */
-SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
+/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1). Fails when
+   there are none. */
+SPRINGLS__FN springls_status springls__springls_of_level_set(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     int count;
@@ -20828,6 +20854,13 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     springls__constellation_added(ctx, count);
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
+    return SPRINGLS_OK;
+}
+
+/* The same, and makes the model the original surface. */
+SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__springls_of_level_set(ctx));
     return springls__make_original(ctx);
 }
 
@@ -30899,7 +30932,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1070 \"springls.h\"\n",
+    "#line 1073 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -31013,7 +31046,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2190 \"springls.h\"\n",
+    "#line 2216 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31111,7 +31144,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2289 \"springls.h\"\n",
+    "#line 2315 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31133,7 +31166,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2312 \"springls.h\"\n",
+    "#line 2338 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31148,7 +31181,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2328 \"springls.h\"\n",
+    "#line 2354 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31272,7 +31305,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2452 \"springls.h\"\n",
+    "#line 2478 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -31342,7 +31375,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2523 \"springls.h\"\n",
+    "#line 2549 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -31562,7 +31595,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2744 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31577,7 +31610,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2759 \"springls.h\"\n",
+    "#line 2785 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31701,14 +31734,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2883 \"springls.h\"\n",
+    "#line 2909 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2917 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -31807,7 +31840,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2991 \"springls.h\"\n",
+    "#line 3017 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -31862,7 +31895,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3047 \"springls.h\"\n",
+    "#line 3073 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -31958,7 +31991,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3144 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -31970,7 +32003,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3156 \"springls.h\"\n",
+    "#line 3182 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31985,7 +32018,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3172 \"springls.h\"\n",
+    "#line 3198 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32029,7 +32062,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3216 \"springls.h\"\n",
+    "#line 3242 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32044,7 +32077,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3231 \"springls.h\"\n",
+    "#line 3257 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32088,7 +32121,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3275 \"springls.h\"\n",
+    "#line 3301 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32167,7 +32200,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3354 \"springls.h\"\n",
+    "#line 3380 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32182,7 +32215,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3370 \"springls.h\"\n",
+    "#line 3396 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32249,7 +32282,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3437 \"springls.h\"\n",
+    "#line 3463 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32264,7 +32297,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3452 \"springls.h\"\n",
+    "#line 3478 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32331,7 +32364,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3520 \"springls.h\"\n",
+    "#line 3546 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -32712,7 +32745,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3902 \"springls.h\"\n",
+    "#line 3928 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -33416,7 +33449,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4607 \"springls.h\"\n",
+    "#line 4633 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -33676,7 +33709,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4868 \"springls.h\"\n",
+    "#line 4894 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -33878,7 +33911,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5071 \"springls.h\"\n",
+    "#line 5097 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -33995,7 +34028,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5189 \"springls.h\"\n",
+    "#line 5215 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34192,7 +34225,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5386 \"springls.h\"\n",
+    "#line 5412 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34207,7 +34240,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5402 \"springls.h\"\n",
+    "#line 5428 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34401,7 +34434,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5596 \"springls.h\"\n",
+    "#line 5622 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34416,7 +34449,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5611 \"springls.h\"\n",
+    "#line 5637 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34610,7 +34643,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6439 \"springls.h\"\n",
+    "#line 6465 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -34636,7 +34669,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6466 \"springls.h\"\n",
+    "#line 6492 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -34725,7 +34758,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6556 \"springls.h\"\n",
+    "#line 6582 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34865,7 +34898,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6697 \"springls.h\"\n",
+    "#line 6723 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -34970,7 +35003,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6803 \"springls.h\"\n",
+    "#line 6829 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -35202,7 +35235,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7036 \"springls.h\"\n",
+    "#line 7062 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -35232,7 +35265,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7066 \"springls.h\"\n",
+    "#line 7092 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35247,7 +35280,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7082 \"springls.h\"\n",
+    "#line 7108 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35416,7 +35449,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7251 \"springls.h\"\n",
+    "#line 7277 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35431,7 +35464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7266 \"springls.h\"\n",
+    "#line 7292 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35600,7 +35633,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7435 \"springls.h\"\n",
+    "#line 7461 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35654,7 +35687,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7490 \"springls.h\"\n",
+    "#line 7516 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35680,7 +35713,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7516 \"springls.h\"\n",
+    "#line 7542 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35695,7 +35728,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7532 \"springls.h\"\n",
+    "#line 7558 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35778,7 +35811,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7615 \"springls.h\"\n",
+    "#line 7641 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35793,7 +35826,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7630 \"springls.h\"\n",
+    "#line 7656 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35876,7 +35909,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7713 \"springls.h\"\n",
+    "#line 7739 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -35950,7 +35983,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7788 \"springls.h\"\n",
+    "#line 7814 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -36503,7 +36536,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8342 \"springls.h\"\n",
+    "#line 8368 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -36599,7 +36632,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8439 \"springls.h\"\n",
+    "#line 8465 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36720,7 +36753,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8561 \"springls.h\"\n",
+    "#line 8587 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37001,7 +37034,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8843 \"springls.h\"\n",
+    "#line 8869 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37087,7 +37120,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8930 \"springls.h\"\n",
+    "#line 8956 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -37229,7 +37262,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9073 \"springls.h\"\n",
+    "#line 9099 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -37418,7 +37451,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9263 \"springls.h\"\n",
+    "#line 9289 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -37543,7 +37576,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9389 \"springls.h\"\n",
+    "#line 9415 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -37577,7 +37610,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9424 \"springls.h\"\n",
+    "#line 9450 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -38115,7 +38148,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9963 \"springls.h\"\n",
+    "#line 9989 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -38265,7 +38298,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10114 \"springls.h\"\n",
+    "#line 10140 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -38369,7 +38402,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10219 \"springls.h\"\n",
+    "#line 10245 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -38466,7 +38499,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10317 \"springls.h\"\n",
+    "#line 10343 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -39004,7 +39037,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10856 \"springls.h\"\n",
+    "#line 10882 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39082,7 +39115,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10935 \"springls.h\"\n",
+    "#line 10961 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -39331,7 +39364,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11185 \"springls.h\"\n",
+    "#line 11211 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -39364,7 +39397,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11219 \"springls.h\"\n",
+    "#line 11245 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -39389,14 +39422,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11245 \"springls.h\"\n",
+    "#line 11271 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11252 \"springls.h\"\n",
+    "#line 11278 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39411,7 +39444,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11268 \"springls.h\"\n",
+    "#line 11294 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39537,7 +39570,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11394 \"springls.h\"\n",
+    "#line 11420 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39552,7 +39585,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11409 \"springls.h\"\n",
+    "#line 11435 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39678,7 +39711,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11536 \"springls.h\"\n",
+    "#line 11562 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -39970,7 +40003,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11829 \"springls.h\"\n",
+    "#line 11855 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -40079,7 +40112,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25419 \"springls.h\"\n",
+    "#line 25452 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -41100,7 +41133,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26441 \"springls.h\"\n",
+    "#line 26474 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -41686,7 +41719,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 27028 \"springls.h\"\n",
+    "#line 27061 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -42282,7 +42315,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 42286 \"springls.h\"\n",
+    "#line 42319 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -44111,6 +44144,250 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     }
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
     springls_destroy(other);
+    return status;
+}
+
+/* ======== >>follow_level_set  (src/tools/follow_level_set.h) =================================================== */
+/* follow_level_set.h - replaces the level set by another one, and keeps the springls that lie near it: a skin for particles, whose union is
+   known anew in each frame. Springls that the motion has brought within reach are drawn onto the new zero level, with their
+   identity, correspondence and attributes; the others go. Where the zero level is bare near them, gaps are filled as after motion;
+   where it is bare and none is near, as on a drop that has come off, springls are made as an input makes them.
+
+   Bricks in which the two level sets agree to a tolerance stay as they are, springls and all: so what rests sleeps, and does not flicker. */
+
+/* The numbers of a follow, voxels, and the model that holds the new level set. */
+typedef struct springls__follow_job {
+    springls_context *ctx, *other;
+    float reach, tolerance;
+    uint8_t *action; /* KEEP or REMOVE, a springl */
+} springls__follow_job;
+
+/* Draws a springl onto the zero level of the new level set. Returns false where that is out of reach, or faces another way. */
+SPRINGLS__FN bool springls__draw_to_level_set(const springls__follow_job *job, springls__springl *s)
+{
+    const springls__grid *g = &job->other->model.grid;
+    const float facing = 0.2f, off = 0.1f; /* cosine; voxels */
+    const springls__v3 n = springls__springl_normal(*s);
+    springls__v3 x = s->p, gradient, moved;
+    int i;
+    if (springls__fabs(springls__grid_sample(g, g->phi, x)) > job->reach) return false;
+    for (i = 0; i < 2; i++) x = springls__to_zero_level(g, x);
+    gradient = springls__normalize(springls__grid_gradient(g, g->phi, x));
+    moved = springls__sub(x, s->p);
+    if (springls__fabs(springls__grid_sample(g, g->phi, x)) > off || springls__dot(gradient, n) < facing
+        || springls__length2(moved) > 4.0f * job->reach * job->reach) return false;
+    s->p = x;
+    for (i = 0; i < 3; i++) s->q[i] = springls__add(s->q[i], moved);
+    *s = springls__springl_finished(*s);
+    return true;
+}
+
+/* Decides which springls stay, and draws those to the new level set that it has left. A springl in a brick that stays (awake = 0) stays
+   as it is. */
+SPRINGLS__FN void springls__follow_springl_task(void *arg, int begin, int end)
+{
+    const springls__follow_job *job = (const springls__follow_job *)arg;
+    springls__model *model = &job->ctx->model;
+    for (; begin < end; begin++) {
+        springls__springl *s = &model->set.s[begin];
+        const int slot = springls__slot_of_place(&model->grid, s->p);
+        bool stays = slot >= SPRINGLS__FIRST_SLOT && !model->grid.awake[slot];
+        if (!stays) stays = springls__draw_to_level_set(job, s);
+        job->action[begin] = (uint8_t)(stays ? SPRINGLS__KEEP : SPRINGLS__REMOVE);
+    }
+}
+
+/* Takes the new values of the active brick of an entry into phi_next, and marks in `awake` whether they differ from the old ones. */
+SPRINGLS__FN void springls__take_brick(const springls__follow_job *job, int entry)
+{
+    springls__grid *g = &job->ctx->model.grid;
+    const int slot = g->top[entry];
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *taken = springls__phi_of_entry(&job->other->model.grid, g, entry);
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float band = 1.0f; /* voxel: beyond it no surface is */
+    bool differs = false;
+    int v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS && !differs; v++)
+        differs = springls__fabs(taken[v] - phi[v]) > job->tolerance
+            && springls__min(springls__fabs(taken[v]), springls__fabs(phi[v])) < band;
+    memcpy(out, differs ? taken : phi, SPRINGLS__BRICK_VOXELS * sizeof *out);
+    g->awake[slot] = differs;
+}
+
+/* Takes the new level set, where it differs: phi_next; `awake` marks these bricks. The bricks of both are active. */
+SPRINGLS__FN void springls__take_level_set(const springls__follow_job *job)
+{
+    springls__grid *g = &job->ctx->model.grid;
+    int i, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__take_brick(job, i);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT)
+            g->top[i] = *springls__phi_of_entry(&job->other->model.grid, g, i) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+}
+
+/* Ends the calm of the bricks that `awake` marks; the others sleep. */
+SPRINGLS__FN void springls__calm_of_taken(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++)
+        if (g->awake[g->active[i]]) springls__end_calm(g, g->active[i]);
+}
+
+/* Removes the springls that have not been kept. */
+SPRINGLS__FN springls_status springls__drop_left_behind(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
+    ctx->stats.removed += count - ctx->model.set.count;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Marks the springls of the new level set that no kept one is near, to be copied. */
+SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
+{
+    const springls__follow_job *job = (const springls__follow_job *)arg;
+    const springls__model *from = &job->other->model;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &from->set.s[begin];
+        const int nearest = springls__nearest_springl_facing(&job->ctx->model, s->p, springls__springl_normal(*s), 3.0f);
+        springls__contract_action(from)[begin] = (uint8_t)(nearest < 0 ? SPRINGLS__KEEP : SPRINGLS__REMOVE);
+    }
+}
+
+/* Makes its own place the correspondence of springl i. */
+SPRINGLS__FN void springls__correspond_to_place(springls_context *ctx, int i)
+{
+    const springls__v3 lattice = springls__to_lattice(&ctx->window, ctx->model.set.s[i].p);
+    ctx->model.set.a[i] = springls__from_lattice(&ctx->original_window, lattice);
+}
+
+/* Copies the springls on parts that have come without any: their correspondences are the places where they come. Returns how many. */
+SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, int *added)
+{
+    springls_context *ctx = job->ctx, *other = job->other;
+    const int count = ctx->model.set.count;
+    const springls__side_rule none = springls__rule_of(&other->model.grid, NULL, SPRINGLS_OPERATION_UNION, true);
+    int i;
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    if (SPRINGLS__RESERVE(other, contract_action, other->model.set.count) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "follow_level_set: out of memory");
+    springls__parallel(ctx, other->model.set.count, 64, springls__isolated_task, job);
+    for (i = *added = 0; i < other->model.set.count; i++)
+        *added += springls__contract_action(&other->model)[i] == SPRINGLS__KEEP;
+    if (count + *added > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "follow_level_set: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + *added));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], count + *added, count));
+    for (i = 0; i < other->model.set.count; i++) {
+        if (springls__contract_action(&other->model)[i] != SPRINGLS__KEEP) continue;
+        springls__copy_other_springl(ctx, other, i, &none, false);
+        springls__correspond_to_place(ctx, ctx->model.set.count - 1);
+    }
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, *added);
+    ctx->stats.added += *added;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Asks the caller for the attributes of the springls from number `first` on. */
+SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const springls_follow_desc *desc, int first)
+{
+    const int count = ctx->model.set.count - first;
+    springls__buffer places;
+    int i, k;
+    if (!desc->values || !count || !ctx->attribute_count) return SPRINGLS_OK;
+    memset(&places, 0, sizeof places);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &places, 3 * (size_t)count, sizeof(float), 0));
+    for (i = 0; i < count; i++)
+        springls__voxel_to_world(ctx, ctx->model.set.s[first + i].p, (float *)places.data + 3 * (size_t)i);
+    for (k = 0; k < ctx->attribute_count; k++)
+        (desc->values)(desc->user, k, (const float *)places.data, count, springls__values_of(&ctx->attributes[k], first));
+    springls__buffer_free(ctx, &places);
+    return SPRINGLS_OK;
+}
+
+/* Does the work on checked arguments. On failure the model is left unfinished. */
+SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, const springls_follow_desc *desc)
+{
+    springls_context *ctx = job->ctx;
+    int first, added;
+    SPRINGLS__TRY(springls__bricks_of_both(ctx, &job->other->model.grid));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    job->action = springls__contract_action(&ctx->model);
+    if (springls__may_sleep(ctx)) springls__rest_all(ctx);
+    springls__take_level_set(job);
+    springls__calm_of_taken(ctx);
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__follow_springl_task, job);
+    SPRINGLS__TRY(springls__drop_left_behind(ctx));
+    springls__swap_phi(ctx);
+    ctx->omega_fresh = false;
+    first = ctx->model.set.count;
+    SPRINGLS__TRY(springls__add_isolated(job, &added));
+    SPRINGLS__TRY(springls__ask_values(ctx, desc, first));
+    springls__find_awake_now(ctx);
+    return springls__complete_model(ctx, false);
+}
+
+/* Makes the model that holds the new level set, with springls where it is zero. */
+SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, const springls_follow_desc *desc, springls_context **other)
+{
+    springls__implicit_job job;
+    springls_context *made;
+    springls_status status;
+    SPRINGLS__TRY(springls__create_alike(ctx, "follow_level_set", other));
+    made = *other;
+    made->model.params.keep_edges = 0;
+    memcpy(made->home, ctx->window.offset, sizeof made->home);
+    springls__clear_model(made);
+    job.ctx = made;
+    job.fn = desc->fn;
+    job.user = desc->user;
+    if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi);
+    else status = springls__set_from_distance(made, springls__implicit_distance, &job, NULL, 0.0f);
+    if (status == SPRINGLS_OK && !desc->phi) status = springls__redistance_in_voxels(made);
+    if (status == SPRINGLS_OK) status = springls__springls_of_level_set(made);
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "follow_level_set: %.200s", made->error);
+}
+
+SPRINGLS__FN springls_status springls__check_follow(springls_context *ctx, const springls_follow_desc *desc)
+{
+    if (!desc) return springls__fail_null(ctx, "follow_level_set", "the description");
+    if (!desc->fn == !desc->phi)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "follow_level_set: either fn or phi has to be given, and not both");
+    SPRINGLS__TRY(springls__check_amount(ctx, "follow_level_set", "reach", (double)desc->reach));
+    if (desc->reach > ctx->model.params.band_half_width)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "follow_level_set: reach is %g, more than band_half_width",
+                              (double)desc->reach);
+    return springls__check_amount(ctx, "follow_level_set", "tolerance", (double)desc->tolerance);
+}
+
+SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc)
+{
+    springls__follow_job job;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_follow(ctx, desc));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "follow_level_set: there are no springls");
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.reach = desc->reach > 0.0f ? desc->reach : 1.5f;
+    job.tolerance = desc->tolerance > 0.0f ? desc->tolerance : 0.05f;
+    status = springls__make_followed(ctx, desc, &job.other);
+    if (status == SPRINGLS_OK) {
+        status = springls__use_host_calmly(ctx, true);
+        if (status == SPRINGLS_OK) status = springls__follow_other(&job, desc);
+        springls__clear_on_failure(ctx, status);
+    }
+    springls_destroy(job.other);
     return status;
 }
 

@@ -47,6 +47,7 @@
 #include "output/snapshot_delta.h"
 #include "output/views.h"
 #include "output/kernel_source.h"
+#include "tools/follow_level_set.h"
 #include "tools/remodel.h"
 
 #if defined(SPRINGLS__FLOAT_CONTROL)

@@ -259,6 +259,15 @@ FIXTURE springls_status call_interpolate_material(call_bench *b)
 
 CALL_OF(combine, (b->ctx, SPRINGLS_OPERATION_UNION, b->other))
 CALL_OF(combine_implicit, (b->ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &b->ball))
+FIXTURE springls_status call_follow_level_set(call_bench *b)
+{
+    springls_follow_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.fn = springls_implicit_sphere;
+    desc.user = &b->ball;
+    return springls_follow_level_set(b->ctx, &desc);
+}
+
 CALL_OF(offset, (b->ctx, 0.7f))
 CALL_OF(smooth, (b->ctx, 0.7f, true))
 CALL_OF(remesh, (b->ctx))
@@ -295,7 +304,7 @@ FIXTURE springls_status call_index_of(call_bench *b)
     X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) X(add_attribute, 1)               \
     X(describe_attribute, 1) X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(get_provenance, 1)                 \
     X(springl_errors, 1) X(mesh_errors, 1) X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) X(find_seams, 1)   \
-    X(interpolate_material, 1) X(combine, 0) X(combine_implicit, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
+    X(interpolate_material, 1) X(combine, 0) X(combine_implicit, 0) X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
 
 #define CALL_NUMBER(name, reads) CALL_##name,
 enum { EVERY_CALL(CALL_NUMBER) CALLS };

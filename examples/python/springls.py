@@ -722,6 +722,19 @@ class Model:
             status = _lib.springls_combine_implicit(calls.context, _constant('OPERATION', operation), evaluate, _ffi.NULL)
         self._check(status)
 
+    def follow_level_set(self, distance, reach=0.0, tolerance=0.0):
+        """Replaces the level set by a function as `set_implicit` takes it, or by a volume, and keeps the springls near it."""
+        desc = _ffi.new('springls_follow_desc *', {'reach': reach, 'tolerance': tolerance})
+        with _Calls(self) as calls:
+            if callable(distance):
+                desc.fn = calls.wrap('void(void *, const float *, int, float *)', distance, (),
+                                     lambda u, x, n, out: ((_points(x, n),), n, out))
+            else:
+                volume = _array(distance, 'f4', self.size, 'F', 'distance')
+                desc.phi = _pointer(volume)
+            status = _lib.springls_follow_level_set(calls.context, desc)
+        self._check(status)
+
     def offset(self, distance):
         """Grows (distance > 0) or shrinks the solid, world units."""
         self._check(_lib.springls_offset(self._ctx, distance))

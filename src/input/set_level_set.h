@@ -661,9 +661,9 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     return count;
 }
 
-/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
-   makes the model the original surface. Fails when there are none. */
-SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
+/* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1). Fails when
+   there are none. */
+SPRINGLS__FN springls_status springls__springls_of_level_set(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     int count;
@@ -678,6 +678,13 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     springls__constellation_added(ctx, count);
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
+    return SPRINGLS_OK;
+}
+
+/* The same, and makes the model the original surface. */
+SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__springls_of_level_set(ctx));
     return springls__make_original(ctx);
 }
 

@@ -989,6 +989,29 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
+/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
+   have just been made at `count` world points. Called on the caller's thread. */
+typedef void (*springls_values_fn)(void *user, int attribute, const float *points, int count, float *out);
+
+/* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
+typedef struct springls_follow_desc {
+    springls_implicit_fn fn;   /* as for springls_set_implicit; NULL: phi                                           */
+    const float *phi;          /* a dense volume as for springls_set_level_set, with fn NULL                        */
+    void *user;                /* handed to fn and values                                                           */
+    springls_values_fn values; /* attributes of springls on parts that come from none; NULL: zeros                  */
+    float reach;               /* voxels, at most params.band_half_width: springls within it are kept; 0: 1.5       */
+    float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
+} springls_follow_desc;
+
+/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they are drawn
+   onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are filled as by
+   springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the place where they
+   come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so that springls come
+   along. The original surface stays. INVALID_ARGUMENT: also fn and phi both given, or neither. NON_FINITE: it has returned NaN.
+   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. After OUT_OF_MEMORY the model
+   may be empty. */
+SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc);
+
 /* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to
    all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
    left. After a failure the model is empty. */

@@ -568,6 +568,7 @@
    checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
+   A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
    earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
    springls_snapshot_patch makes the snapshot again.
