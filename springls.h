@@ -319,7 +319,7 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and springls_measure show what the springls hold. Their planes are intersected
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and its companions below show what the springls hold. Their planes are intersected
    with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it, and phi decides where they
    say nothing. An edge of the grid may be crossed several times, so that a sheet may be thinner than a voxel. In faces and cells of the grid
    the surface gets corners where springls differ by more than 37 degrees. The mesh is
@@ -332,10 +332,10 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model. It takes two to five times as long as that of the zero level, and meanwhile, and until
-   springls_destroy, some 15 KB for each brick that is active or beside one. Chunks, rays, closest points, distances,
-   springls_sample_inside, components, events and volume_lock are those of phi with either value: where a sheet is thinner than phi can
-   hold they miss it.
+   OpenCL device from a copy of the model, and kept until the model changes. It takes one to two times as long as that of the zero level, and
+   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
+   where a sheet is thinner than phi can hold they miss it.
 
    MOTION FROM OUTSIDE
 
@@ -766,14 +766,15 @@
      >>chunk_material       src/output/chunk_material.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
-     >>zero_level           src/output/zero_level.h
-     >>error_estimates      src/output/error_estimates.h
-     >>extract_soup         src/output/extract_soup.h
-     >>isosurface           src/output/isosurface.h
+     >>contour_query        src/output/contour_query.h
      >>surface_table        src/output/surface_table.h
      >>patches:kernel       kernels_embed/output/patches.h
      >>faces:kernel         kernels_embed/output/faces.h
      >>crossings:kernel     kernels_embed/output/crossings.h
+     >>zero_level           src/output/zero_level.h
+     >>error_estimates      src/output/error_estimates.h
+     >>extract_soup         src/output/extract_soup.h
+     >>isosurface           src/output/isosurface.h
      >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
@@ -1808,12 +1809,15 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
+/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what springls
+   hold (params.contouring). */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: its mesh (params.contouring), which is not made. Nothing is built    
+    SPRINGLS_SURFACE_WATERTIGHT, /* what springls hold (params.contouring): its mesh, with a hierarchy, is made at the first query
+                                    after the model has changed; while a step is in progress it is the zero level. Or the zero
+                                    level, closed: its mesh, which is not made. Nothing is built
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
@@ -1828,7 +1832,7 @@ typedef struct springls_hit {
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
-                                    it; SOUP: of the springl                                                        */
+                                    it, or between those of the mesh of springls; SOUP: of the springl              */
     float barycentric[3];        /* in the springl: its place closest to `point`                                    */
     float distance;              /* world units, never negative: from the query point, or along the ray             */
     float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
@@ -6134,6 +6138,8 @@ struct springls_context {
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
     int surface_vertices, surface_triangles;
+    springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
+    uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */
@@ -19611,6 +19617,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__surface_free(ctx, &ctx->contour_surface);
     springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->id_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
@@ -24200,1254 +24207,6 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__chunks_continue(ctx, chunks, NULL, changed, count);
 }
 
-/* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
-/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
-   those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
-   between two of them. */
-
-/* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
-typedef struct springls__level_hit {
-    bool found;
-    springls__v3 place, n;
-} springls__level_hit;
-
-/* Returns the k-th triangle of the cube whose corner 0 is voxel `at`. */
-SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int mask, const int at[3], int k)
-{
-    springls__cube_range range;
-    memset(&range, 0, sizeof range);
-    return springls__cube_triangle(&range, cell, mask, at[0], at[1], at[2], k);
-}
-
-/* ---- rays ---- */
-
-/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that it meets few cubes of a slab. */
-typedef struct springls__level_ray {
-    const springls__grid *g;
-    springls__ray_frame frame;
-    int step, last;  /* to the next slab: 1 or -1; the last slab of the domain */
-    double t_max;    /* nothing better is further along the ray                */
-    springls__level_hit best;
-} springls__level_ray;
-
-/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, with a margin for
-   rounding errors. */
-SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
-{
-    const springls__ray_frame *f = &ray->frame;
-    const double slack = 1e-6, slope = axis == f->kx ? f->sx : f->sy;
-    double a = f->origin[axis] + (begin - f->origin[f->kz]) * slope, b = f->origin[axis] + (end - f->origin[f->kz]) * slope;
-    span[0] = springls__imax((int)((a < b ? a : b) - slack + 1.0) - 1, -1); /* above -1 the cast rounds down */
-    span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
-}
-
-/* Returns whether the ray meets an active brick between two planes of its main axis. */
-SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
-{
-    const int kx = ray->frame.kx, ky = ray->frame.ky;
-    int u[2], v[2], at[3];
-    springls__level_ray_span(ray, kx, (double)begin, (double)end, u);
-    springls__level_ray_span(ray, ky, (double)begin, (double)end, v);
-    if (u[0] > u[1] || v[0] > v[1]) return false;
-    at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
-    for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
-        for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
-            if (springls__slot_of_voxel(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
-    return false;
-}
-
-/* Takes the triangles of a cube that the ray meets earlier than the best. */
-SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int at[3])
-{
-    const springls__grid *g = ray->g;
-    springls__mc_cell cell;
-    int mask, k;
-    if (springls__slot_of_voxel(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0))
-        < SPRINGLS__FIRST_SLOT) return;
-    cell = springls__grid_cube(g, at[0], at[1], at[2]);
-    mask = springls__mc_case(cell);
-    for (k = 0; k < springls__mc_count(mask); k++) {
-        springls__tri t = springls__level_triangle(cell, mask, at, k);
-        float weight[3];
-        double along;
-        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
-        if (ray->best.found && along == ray->t_max) continue;
-        ray->t_max = along;
-        ray->best.found = true;
-        ray->best.place = springls__tri_point(t, weight);
-        ray->best.n = springls__tri_area2(t);
-    }
-}
-
-/* Visits the cubes of one slab. */
-SPRINGLS__FN void springls__level_ray_slab(springls__level_ray *ray, int slab)
-{
-    const int kx = ray->frame.kx, ky = ray->frame.ky;
-    int u[2], v[2], at[3];
-    springls__level_ray_span(ray, kx, (double)slab, (double)slab + 1.0, u);
-    springls__level_ray_span(ray, ky, (double)slab, (double)slab + 1.0, v);
-    at[ray->frame.kz] = slab;
-    for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
-        for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
-}
-
-/* Returns the last slab, the way the ray goes, of the layer of bricks that slab `slab` is in. */
-SPRINGLS__FN int springls__level_ray_layer_end(const springls__level_ray *ray, int slab)
-{
-    const int first = springls__imax(slab, 0) & ~7;
-    if (ray->step > 0) return springls__imin(first + 7, ray->last);
-    return first > 0 ? first : -1;
-}
-
-/* Visits the slabs from `slab` to `end`, in one layer of bricks, until the ray has met a triangle. */
-SPRINGLS__FN void springls__level_ray_layer(springls__level_ray *ray, int slab, int end)
-{
-    if (!springls__level_ray_active(ray, springls__imin(slab, end), springls__imax(slab, end) + 1)) return;
-    for (; (end - slab) * ray->step >= 0 && !ray->best.found; slab += ray->step) springls__level_ray_slab(ray, slab);
-}
-
-/* Returns whether the ray, which has length t_end, comes to a slab of the domain. */
-SPRINGLS__FN bool springls__level_ray_reaches(const springls__level_ray *ray, int slab, double t_end)
-{
-    const springls__ray_frame *f = &ray->frame;
-    const double plane = (double)(ray->step > 0 ? slab : slab + 1);
-    return (ray->last - slab) * ray->step >= 0 && !(f->sz * (plane - f->origin[f->kz]) > t_end + 1e-6 * fabs(f->sz));
-}
-
-/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
-SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
-                                           double *t_in, double *t_out, double from[3])
-{
-    int k, entry = -1;
-    for (k = 0; k < 3; k++) {
-        double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
-        if (direction[k] != 0.0) {
-            double a = lower / direction[k], b = upper / direction[k];
-            if ((a < b ? a : b) > *t_in) {
-                *t_in = a < b ? a : b;
-                entry = k;
-            }
-            if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
-        } else if (lower > 0.0 || upper < 0.0) {
-            return false;
-        }
-    }
-    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
-        const double lower = -1.0, upper = (double)g->size[k];
-        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
-        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
-    }
-    return *t_in <= *t_out;
-}
-
-/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; sets *t to its t. */
-SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
-                                                           const double direction[3], double *t)
-{
-    springls__level_ray ray;
-    double from[3], t_in = 0.0, t_out = *t;
-    int k, slab, end;
-    memset(&ray, 0, sizeof ray);
-    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
-    ray.g = g;
-    ray.frame = springls__ray_frame_make(from, direction);
-    ray.t_max = *t - t_in;
-    k = ray.frame.kz;
-    ray.step = direction[k] > 0.0 ? 1 : -1;
-    ray.last = ray.step > 0 ? g->size[k] - 1 : -1;
-    slab = springls__iclamp((int)(from[k] - ray.step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
-    for (; !ray.best.found && springls__level_ray_reaches(&ray, slab, t_out - t_in); slab = end + ray.step) {
-        end = springls__level_ray_layer_end(&ray, slab);
-        springls__level_ray_layer(&ray, slab, end);
-    }
-    if (ray.best.found) *t = t_in + ray.t_max;
-    return ray.best;
-}
-
-/* ---- the closest point ---- */
-
-/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
-   boxes of voxels are lower bounds of them. */
-typedef struct springls__level_search {
-    const springls_context *ctx;
-    float weight[3];            /* least length in model units of a voxel along each axis                       */
-    springls__v3 x;             /* the place, model coordinates                                                 */
-    float at[3];                /* the place, voxels                                                            */
-    float slack, limit2;        /* slack: exceeds rounding errors; limit2: nothing better has a larger distance */
-    float d2;
-    int brick, order;           /* of the best: the lowest among equals                                         */
-    springls__level_hit best;
-} springls__level_search;
-
-/* Begins a sequence of searches, for springls__level_closest; finds the weights. */
-SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
-{
-    const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
-    bool oblique = false;
-    int k;
-    search->ctx = ctx;
-    search->best.found = false;
-    for (k = 0; k < 3; k++) {
-        const double *row = inverse + 4 * k;
-        const int next = (k + 1) % 3;
-        double across = m[k] * m[next] + m[4 + k] * m[4 + next] + m[8 + k] * m[8 + next];
-        double unit = (double)ctx->smallest_spacing;
-        search->weight[k] = (float)(1.0 / unit) / springls__sqrt((float)(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]));
-        oblique = oblique || fabs(across) > 1e-6 * (double)(ctx->largest_spacing * ctx->largest_spacing);
-    }
-    /* the distance is at least the largest of those along the axes, and the root of their squares where these are orthogonal */
-    for (k = 0; k < 3; k++) search->weight[k] *= oblique ? 0.577f : 0.99999f;
-}
-
-/* Returns a lower bound of the squared distance to a box of voxels. */
-SPRINGLS__FN float springls__level_box2(const springls__level_search *search, const int lower[3], const int upper[3])
-{
-    float sum = 0.0f;
-    int k;
-    for (k = 0; k < 3; k++) {
-        float d = springls__max(springls__max((float)lower[k] - search->at[k], search->at[k] - (float)upper[k]), 0.0f);
-        sum += d * d * (search->weight[k] * search->weight[k]);
-    }
-    return sum;
-}
-
-SPRINGLS__FN bool springls__level_is_better(const springls__level_search *search, float d2, int brick, int order)
-{
-    if (d2 != search->d2) return d2 < search->d2;
-    return brick != search->brick ? brick < search->brick : order < search->order;
-}
-
-/* Takes the triangles of a cube that are closer than the best, or as close and of a lower order. */
-SPRINGLS__FN void springls__level_try_cube(springls__level_search *search, int brick, int cube, const int at[3], int mask,
-                                           springls__mc_cell cell)
-{
-    int k;
-    for (k = 0; k < springls__mc_count(mask); k++) {
-        springls__tri voxels = springls__level_triangle(cell, mask, at, k), t;
-        springls__tri_hit h;
-        int order = 8 * cube + k;
-        float d;
-        t.a = springls__voxel_to_model(search->ctx, voxels.a);
-        t.b = springls__voxel_to_model(search->ctx, voxels.b);
-        t.c = springls__voxel_to_model(search->ctx, voxels.c);
-        h = springls__tri_closest(t, search->x);
-        if (search->best.found && !springls__level_is_better(search, h.d2, brick, order)) continue;
-        d = springls__sqrt(h.d2) + search->slack;
-        search->best.found = true;
-        search->best.place = springls__tri_point(voxels, h.bary);
-        search->best.n = springls__tri_area2(voxels);
-        search->d2 = h.d2;
-        search->brick = brick;
-        search->order = order;
-        search->limit2 = springls__min(search->limit2, d * d);
-    }
-}
-
-/* Returns the cubes [span[0], span[1]] along an axis that come within `radius`, of those of a brick. */
-SPRINGLS__FN void springls__level_span(const springls__level_search *search, const springls__cube_range *range, int axis,
-                                       float radius, int span[2])
-{
-    const int first = range->origin[axis] + range->lo[axis], last = range->origin[axis] + range->hi[axis];
-    float r = radius / search->weight[axis];
-    span[0] = (int)springls__clamp(search->at[axis] - r - 1.0f, (float)first, (float)last + 1.0f);
-    span[1] = (int)springls__clamp(search->at[axis] + r, (float)first - 1.0f, (float)last);
-}
-
-/* Searches a row of cubes, from x = span[0] to span[1], of the brick at `origin`. */
-SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int brick, const int origin[3], bool border,
-                                          const int span[2], int y, int z)
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
-    float phi[4][SPRINGLS__TILE];
-    uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
-    int k, c, at[3], end[3];
-    for (k = 0; k < 4; k++) {
-        springls__load_tile_row(g, g->phi, origin, entry, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
-        row[k] = springls__signs_of_row(phi[k]);
-        some |= row[k];
-        all &= row[k];
-    }
-    if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) return;
-    at[1] = y;
-    at[2] = z;
-    for (at[0] = span[0]; at[0] <= span[1]; at[0]++) {
-        const int x = at[0] - origin[0], mask = springls__case_between(row, x);
-        springls__mc_cell cell;
-        if (springls__mc_count(mask) == 0) continue;
-        for (c = 0; c < 3; c++) end[c] = at[c] + 1;
-        if (springls__level_box2(search, at, end) > search->limit2) continue;
-        for (c = 0; c < 8; c++) cell.phi[c] = phi[c >> 1][x + 1 + (c & 1)];
-        springls__level_try_cube(search, brick, springls__cube_index(x, y - origin[1], z - origin[2]), at, mask, cell);
-    }
-}
-
-/* Returns a lower bound of the squared distance to the cubes of a brick; FLT_MAX when it is not active. */
-SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    int lower[3], upper[3], k;
-    if (springls__slot_of_brick(g, brick) < SPRINGLS__FIRST_SLOT) return FLT_MAX;
-    springls__brick_origin(g, brick, lower);
-    for (k = 0; k < 3; k++) {
-        upper[k] = lower[k] + SPRINGLS__BRICK;
-        lower[k] -= lower[k] == 0;
-    }
-    return springls__level_box2(search, lower, upper);
-}
-
-/* Searches the cubes of a brick, row by row, if it is active. */
-SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    const int slot = springls__slot_of_brick(g, brick);
-    springls__cube_range range;
-    float radius;
-    bool border;
-    int u[2], v[2], w[2], y, z;
-    if (slot < SPRINGLS__FIRST_SLOT || springls__level_brick2(search, brick) > search->limit2) return;
-    radius = springls__sqrt(search->limit2);
-    range = springls__brick_cubes(g, slot);
-    border = springls__tile_at_border(g, range.origin);
-    springls__level_span(search, &range, 0, radius, u);
-    springls__level_span(search, &range, 1, radius, v);
-    springls__level_span(search, &range, 2, radius, w);
-    for (z = w[0]; z <= w[1]; z++)
-        for (y = v[0]; y <= v[1]; y++) {
-            int at[3], end[3];
-            at[0] = u[0]; at[1] = y; at[2] = z;
-            end[0] = u[1] + 1; end[1] = y + 1; end[2] = z + 1;
-            if (springls__level_box2(search, at, end) <= search->limit2)
-                springls__level_try_row(search, brick, range.origin, border, u, y, z);
-        }
-}
-
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`; FLT_MAX where there are
-   none. */
-SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    float bound = FLT_MAX;
-    int k;
-    if (r == 0) return 0.0f;
-    for (k = 0; k < 3; k++) {
-        int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
-        if (lower > 0)
-            bound = springls__min(bound, search->weight[k]
-                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
-        if (upper < g->bricks[k])
-            bound = springls__min(bound, search->weight[k]
-                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
-    }
-    return bound;
-}
-
-/* A walk over the bricks that are r away from brick `center`; over all active ones when r is negative. */
-typedef struct springls__ring_walk {
-    const springls__grid *g;
-    int center[3], r, at[3], next;
-} springls__ring_walk;
-
-SPRINGLS__FN springls__ring_walk springls__ring_walk_begin(const springls__grid *g, const int center[3], int r)
-{
-    springls__ring_walk walk;
-    int k;
-    walk.g = g;
-    walk.r = r;
-    walk.next = 0;
-    for (k = 0; k < 3; k++) {
-        walk.center[k] = center[k];
-        walk.at[k] = -r;
-    }
-    return walk;
-}
-
-/* Returns the next brick; -1 at the end. */
-SPRINGLS__FN int springls__ring_walk_next(springls__ring_walk *walk)
-{
-    const springls__grid *g = walk->g;
-    const int r = walk->r;
-    if (r < 0) return walk->next < g->active_count ? g->slot_brick[g->active[walk->next++]] : -1;
-    while (walk->at[2] <= r) {
-        int x = walk->center[0] + walk->at[0], y = walk->center[1] + walk->at[1], z = walk->center[2] + walk->at[2];
-        bool side = walk->at[1] == -r || walk->at[1] == r || walk->at[2] == -r || walk->at[2] == r;
-        walk->at[0] += side || r == 0 ? 1 : 2 * r;
-        if (walk->at[0] > r) {
-            walk->at[0] = -r;
-            walk->at[1]++;
-        }
-        if (walk->at[1] > r) {
-            walk->at[1] = -r;
-            walk->at[2]++;
-        }
-        if (x >= 0 && y >= 0 && z >= 0 && x < g->bricks[0] && y < g->bricks[1] && z < g->bricks[2])
-            return x + g->bricks[0] * (y + g->bricks[1] * z);
-    }
-    return -1;
-}
-
-/* Searches the bricks of a walk, the nearest one first: it leaves little to do in the others. */
-SPRINGLS__FN void springls__level_try_bricks(springls__level_search *search, springls__ring_walk walk)
-{
-    springls__ring_walk again = walk;
-    float nearest2 = search->limit2;
-    int brick, nearest = -1;
-    while ((brick = springls__ring_walk_next(&walk)) >= 0) {
-        float d2 = springls__level_brick2(search, brick);
-        if (d2 < nearest2) {
-            nearest2 = d2;
-            nearest = brick;
-        }
-    }
-    if (nearest < 0) return;
-    springls__level_try_brick(search, nearest);
-    while ((brick = springls__ring_walk_next(&again)) >= 0)
-        if (brick != nearest) springls__level_try_brick(search, brick);
-}
-
-/* Searches all bricks within the limit, ring by ring around brick `center`. */
-SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, const int center[3])
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    int r;
-    for (r = 0; ; r++) {
-        const float bound = springls__level_ring_distance(search, center, r), side = (float)(2 * r + 1);
-        if (bound == FLT_MAX || bound * bound > search->limit2) return;
-        if (side * side * side > (float)g->active_count + 27.0f) break;
-        springls__level_try_bricks(search, springls__ring_walk_begin(g, center, r));
-    }
-    springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
-}
-
-/* Sets the place of a search, and finds the brick nearest to it. */
-SPRINGLS__FN void springls__level_search_place(springls__level_search *search, const float *world, int center[3])
-{
-    const springls_context *ctx = search->ctx;
-    const int *size = ctx->model.grid.size;
-    const springls__v3 corner = springls__v3_make((float)size[0], (float)size[1], (float)size[2]);
-    double x[3];
-    int k;
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    search->x = springls__world_to_model(ctx, world);
-    for (k = 0; k < 3; k++) {
-        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
-        center[k] = springls__cell_coordinate(search->at[k], 0, size[k]) / SPRINGLS__BRICK;
-    }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x)
-                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
-}
-
-/* Finds the point of the zero level closest to a place of the world, and sets search->d2 to its squared distance, model units. The
-   last result bounds the distance of the next one: that saves time and cannot change it. */
-SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
-{
-    const springls_context *ctx = search->ctx;
-    const springls__grid *g = &ctx->model.grid;
-    float phi, short_range, last = FLT_MAX;
-    int center[3];
-    springls__level_search_place(search, world, center);
-    if (search->best.found) /* the last answer is on the surface too */
-        last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
-    search->best.found = false;
-    phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
-    short_range = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
-    if (phi < g->far_value && short_range < last) { /* phi is nearly the distance: a short search may be enough */
-        search->limit2 = short_range * short_range;
-        springls__level_try_rings(search, center);
-        if (search->best.found && search->d2 <= short_range * short_range) return search->best;
-        search->best.found = false;
-    }
-    search->limit2 = last < 1e18f ? last * last : FLT_MAX;
-    springls__level_try_rings(search, center);
-    return search->best;
-}
-
-/* ======== >>query  (src/output/query.h) ======================================================================== */
-/* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
-
-/* Fails when an array is missing or a point is not finite. */
-SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
-                                                    const char *name)
-{
-    size_t i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
-    if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
-    for (i = 0; i < 3 * (size_t)count; i++)
-        if (!springls__finite_float(points[i]))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
-    return SPRINGLS_OK;
-}
-
-/* ---- the level set ---- */
-
-typedef struct springls__field_query {
-    const springls_context *ctx;
-    const float *points;
-    float *out;
-    uint8_t *inside;
-} springls__field_query;
-
-/* Finds whether the distance at a world point is that to the closest place of the zero level, which search->best and d2 then have: where
-   the spacing is not uniform, within the band. Else phi is it. */
-SPRINGLS__FN bool springls__needs_closest(springls__level_search *search, const float *point, float phi)
-{
-    const springls__grid *g = &search->ctx->model.grid;
-    return !springls__is_uniform(g->metric) && springls__fabs(phi) < g->far_value && springls__level_closest(search, point).found;
-}
-
-/* Samples the signed distance in world units, or where phi is negative. */
-SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
-{
-    const springls__field_query *q = (const springls__field_query *)arg;
-    const springls_context *ctx = q->ctx;
-    const springls__grid *g = &ctx->model.grid;
-    springls__level_search search;
-    int i;
-    springls__level_search_begin(ctx, &search);
-    for (i = begin; i < end; i++) {
-        const float *point = q->points + 3 * (size_t)i;
-        float phi = springls__grid_sample(g, g->phi, springls__world_to_voxel(ctx, point));
-        if (q->inside) {
-            q->inside[i] = phi < 0.0f;
-            continue;
-        }
-        if (springls__needs_closest(&search, point, phi)) {
-            const float distance = springls__min(springls__sqrt(search.d2), g->far_value); /* what all directions reach */
-            phi = phi < 0.0f ? -distance : distance;
-        }
-        q->out[i] = phi * ctx->smallest_spacing;
-    }
-}
-
-/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
-   within the band. */
-SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
-{
-    const float close = 0.5f; /* smallest spacings: nearer to a triangle its corners would show, and phi's normal is as good */
-    const springls_context *ctx = search->ctx;
-    const springls__grid *grid = &ctx->model.grid;
-    const springls__v3 normal = springls__normal_to_world(ctx, g);
-    const float phi = springls__grid_sample(grid, grid->phi, x);
-    springls__v3 away;
-    if (!springls__needs_closest(search, point, phi)) return springls__scale(normal, springls__length(g));
-    if (search->d2 < close * close) return normal;
-    away = springls__normalize(springls__voxel_to_model(ctx, springls__sub(x, search->best.place)));
-    return phi < 0.0f ? springls__scale(away, -1.0f) : away;
-}
-
-SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
-{
-    const springls__field_query *q = (const springls__field_query *)arg;
-    const springls_context *ctx = q->ctx;
-    const springls__grid *grid = &ctx->model.grid;
-    springls__level_search search;
-    int i;
-    springls__level_search_begin(ctx, &search);
-    for (i = begin; i < end; i++) {
-        const float *point = q->points + 3 * (size_t)i;
-        float *out = q->out + 3 * (size_t)i;
-        const springls__v3 x = springls__world_to_voxel(ctx, point), g = springls__grid_gradient(grid, grid->phi, x);
-        if (springls__is_uniform(grid->metric)) springls__covector_to_world(ctx, g, (double)ctx->smallest_spacing, out);
-        else {
-            const springls__v3 world = springls__world_gradient(&search, point, x, g);
-            memcpy(out, &world.x, 3 * sizeof *out);
-        }
-    }
-}
-
-SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, const float *points, int count, float *out,
-                                                       uint8_t *inside, springls_task task, const char *name)
-{
-    springls__field_query q;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
-    SPRINGLS__TRY(springls__read_level_set(ctx));
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)
-                                           | SPRINGLS__BIT(SLOT_BRICK)));
-    q.ctx = ctx;
-    q.points = points;
-    q.out = out;
-    q.inside = inside;
-    springls__parallel(ctx, count, 1024, task, &q);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
-{
-    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_distance_task, "sample_distance");
-}
-
-SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
-{
-    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
-}
-
-SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
-{
-    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
-}
-
-/* ---- material coordinates ---- */
-
-/* Holds the normal equations of a least-squares fit of the affine map p -> a around a place x of the model,
-   a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
-typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
-
-/* Adds the equations constant c + A r = v. */
-SPRINGLS__FN void springls__affine_fit_equations(springls__affine_fit *fit, double constant, springls__v3 r, springls__v3 v,
-                                                 double weight)
-{
-    const double row[4] = { constant, (double)r.x, (double)r.y, (double)r.z };
-    const double value[3] = { (double)v.x, (double)v.y, (double)v.z };
-    int i, j;
-    for (i = 0; i < 4; i++) {
-        for (j = 0; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
-        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
-    }
-}
-
-/* Adds the equation a(x + r) = a. */
-SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
-{
-    springls__affine_fit_equations(fit, 1.0, r, a, weight);
-    fit->weight += weight;
-    fit->count++;
-}
-
-/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
-SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
-{
-    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
-}
-
-/* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
-   singular. */
-SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
-{
-    int order[4], i, j, k;
-    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c is eliminated last, and needs no back substitution */
-    for (i = 0; i < 3; i++) {
-        int p = order[i];
-        if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
-        for (j = i + 1; j < 4; j++) {
-            int q = order[j];
-            double f = fit->m[q][p] / fit->m[p][p];
-            for (k = i; k < 4; k++) fit->m[q][order[k]] -= f * fit->m[p][order[k]];
-            for (k = 0; k < 3; k++) fit->rhs[q][k] -= f * fit->rhs[p][k];
-        }
-    }
-    if (!(fit->m[0][0] > 1e-6 * fit->weight)) return false;
-    *c = springls__v3_make((float)(fit->rhs[0][0] / fit->m[0][0]), (float)(fit->rhs[0][1] / fit->m[0][0]),
-                           (float)(fit->rhs[0][2] / fit->m[0][0]));
-    return true;
-}
-
-/* Returns the place on the original surface of place x of a springl that has too few neighbors for a fit: the same barycentric
-   coordinates in the triangle `own` that an original springl came from; the correspondence of any other. Voxels. */
-SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
-                                                       springls__tri own)
-{
-    springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
-    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
-    springls__v3 a = ctx->model.set.a[springl];
-    if (ctx->model.set.generation[springl]) return a;
-    a = springls__mad(a, own.a, at.bary[0] - center.bary[0]);
-    a = springls__mad(a, own.b, at.bary[1] - center.bary[1]);
-    return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
-}
-
-/* A fit around place x of a springl, voxels. */
-typedef struct springls__place_fit {
-    const springls_context *ctx;
-    int springl;
-    springls__v3 x, normal; /* of the springl */
-    float radius;
-    springls__affine_fit fit;
-} springls__place_fit;
-
-/* Adds springl j, if it is near, faces the same way and comes from the same part of the original. */
-SPRINGLS__FN void springls__place_fit_add(springls__place_fit *place, int j)
-{
-    const springls__constellation *set = &place->ctx->model.set;
-    const float radius2 = place->radius * place->radius;
-    springls__v3 r = springls__sub(set->s[j].p, place->x);
-    float d2 = springls__length2(r) / radius2;
-    if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[j]), place->normal) > 0.0f)) return;
-    if (springls__length2(springls__sub(set->a[j], set->a[place->springl])) > 16.0f * radius2) return;
-    springls__affine_fit_add(&place->fit, r, set->a[j], (double)((1.0f - d2) * (1.0f - d2)));
-}
-
-/* Adds the springls around, from the cell list or from the hierarchy: whichever is fresh. */
-SPRINGLS__FN void springls__place_fit_around(springls__place_fit *place, bool cells)
-{
-    const springls_context *ctx = place->ctx;
-    int j;
-    if (cells) {
-        springls__cell_walk walk = springls__cell_walk_near(&ctx->model, place->x, place->radius);
-        while ((j = springls__cell_walk_next(&ctx->model, &walk)) >= 0) springls__place_fit_add(place, j);
-    } else {
-        springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, place->x),
-                                                             place->radius * ctx->largest_spacing / ctx->smallest_spacing);
-        while ((j = springls__near_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
-    }
-}
-
-/* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
-   that face the same way. own: the original triangle at the springl's correspondence. */
-SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
-                                                       springls__tri own, bool cells)
-{
-    const springls__springl *s = &ctx->model.set.s[springl];
-    springls__place_fit place;
-    springls__v3 result;
-    memset(&place, 0, sizeof place);
-    place.ctx = ctx;
-    place.springl = springl;
-    place.x = x;
-    place.normal = springls__springl_normal(*s);
-    place.radius = 2.5f * springls__max(1.0f, s->bounding_radius);
-    springls__place_fit_around(&place, cells);
-    if (place.fit.count >= 4) {
-        springls__affine_fit_normal(&place.fit, place.normal, springls__tri_normal(own), 0.1 * place.fit.weight);
-        if (springls__affine_fit_solve(&place.fit, &result)) return result;
-    }
-    return springls__own_correspondence(ctx, springl, x, own);
-}
-
-/* Converts a hit on the original surface to triangle and barycentric coordinates of the caller's mesh. */
-SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
-                                      float bary[3])
-{
-    int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
-    *triangle = source / 2;
-    bary[0] = h->hit.bary[0];
-    bary[1] = h->hit.bary[source & 1 ? 2 : 1];
-    bary[2] = h->hit.bary[source & 1 ? 1 : 2];
-}
-
-/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. cells: the
-   cell list is fresh, else the hierarchy of the springls is. */
-SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x, bool cells)
-{
-    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
-    springls__v3 a;
-    if (own.triangle < 0) return own;
-    a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle), cells);
-    return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
-}
-
-/* Returns the place on the original surface of place x (voxels) of a springl by the quadratic fit. The cell list must be fresh.
-   guess: a triangle of the original surface, or -1. */
-SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
-                                                                int guess)
-{
-    springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
-                                                ctx->model.set.count);
-    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
-    return springls__material_at(ctx, springl, x, true);
-}
-
-/* ---- closest points, rays ---- */
-
-typedef struct springls__hit_query {
-    const springls_context *ctx;
-    const float *points, *directions;
-    float max_distance; /* world units */
-    bool cells;         /* the cell list is fresh */
-    springls_hit *out;
-} springls__hit_query;
-
-/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
-SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
-                                      const float bary[3], float distance, springls_hit *out)
-{
-    springls__v3 n = springls__normal_to_world(ctx, normal);
-    out->springl = springl;
-    out->id = ctx->model.set.id[springl];
-    springls__voxel_to_world(ctx, point, out->point);
-    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
-    memcpy(out->barycentric, bary, sizeof out->barycentric);
-    out->distance = distance;
-}
-
-SPRINGLS__FN void springls__hit_none(springls_hit *out)
-{
-    memset(out, 0, sizeof *out);
-    out->springl = out->material_triangle = -1;
-}
-
-/* Adds to a hit its place on the original surface, where there is one. */
-SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
-{
-    if (material->triangle < 0) return;
-    springls__original_to_world(ctx, material->hit.point, out->material);
-    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
-}
-
-/* ---- far away ---- */
-
-/* Finds the middle of the grid in the world. Returns the radius of the ball around it that holds the grid, world units. */
-SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double middle[3])
-{
-    const int *size = ctx->model.grid.size;
-    const double *m = ctx->window.to_world;
-    double radius = 0.0;
-    int k;
-    springls__transform(m, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1), middle);
-    for (k = 0; k < 3; k++) /* half the sum of the edges exceeds half the diagonal */
-        radius += 0.5 * (size[k] + 2) * sqrt(m[k] * m[k] + m[4 + k] * m[4 + k] + m[8 + k] * m[8 + k]);
-    return radius;
-}
-
-/* Writes to near_point a query point or, if it is more than 10^7 voxels from the middle of the grid, the point that far away in its
-   direction: a float does not resolve by how much the closest place may differ. Returns the distance left out, world units. */
-SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
-{
-    const double furthest = 1e7 * (double)ctx->smallest_spacing;
-    double middle[3], d[3], length;
-    int k;
-    springls__grid_ball(ctx, middle);
-    for (k = 0; k < 3; k++) d[k] = (double)world[k] - middle[k];
-    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    for (k = 0; k < 3; k++) near_point[k] = length > furthest ? (float)(middle[k] + d[k] * (furthest / length)) : world[k];
-    return length > furthest ? length - furthest : 0.0;
-}
-
-/* Returns distance + left_out, at most FLT_MAX. */
-SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
-{
-    return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
-}
-
-/* Writes to `from` where the search along a ray begins: at its origin or, if that is more than 10^4 voxels before the grid, where
-   the ray comes near the grid. That point follows from the ray's moment about the world's origin, whose products of floats are
-   exact in double: no digit is lost however far the ray begins. The direction must not be zero. Returns the distance left out,
-   world units. */
-SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
-{
-    const double far_away = 1e4 * (double)ctx->smallest_spacing;
-    double middle[3], o[3], d[3], moment[3], length2 = 0.0, along = 0.0, before = 0.0, radius = springls__grid_ball(ctx, middle);
-    int k;
-    for (k = 0; k < 3; k++) {
-        from[k] = o[k] = (double)origin[k];
-        d[k] = (double)direction[k];
-        length2 += d[k] * d[k];
-    }
-    for (k = 0; k < 3; k++) moment[k] = o[(k + 1) % 3] * d[(k + 2) % 3] - o[(k + 2) % 3] * d[(k + 1) % 3];
-    for (k = 0; k < 3; k++) {
-        along += d[k] * middle[k] / sqrt(length2);
-        before -= d[k] * o[k] / sqrt(length2);
-    }
-    if (!(along + before - radius > far_away)) return 0.0;
-    for (k = 0; k < 3; k++)
-        from[k] = (d[(k + 1) % 3] * moment[(k + 2) % 3] - d[(k + 2) % 3] * moment[(k + 1) % 3]) / length2
-                + (along - radius) * d[k] / sqrt(length2);
-    return along + before - radius;
-}
-
-/* Returns what is left of a ray's max_distance after the part left out; negative: nothing. */
-SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
-{
-    return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
-}
-
-/* ---- on the springls ---- */
-
-/* Converts a hit on the springls to the public form. distance: world units. */
-SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
-                                     springls_hit *out)
-{
-    springls__surface_hit material;
-    springls__tri t;
-    springls__v3 voxel;
-    springls__hit_none(out);
-    if (h->triangle < 0) return;
-    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
-    voxel = springls__tri_point(t, h->hit.bary);
-    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
-    material = springls__material_at(ctx, h->triangle, voxel, false);
-    springls__hit_material(ctx, &material, out);
-}
-
-/* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    int i, guess = -1;
-    for (i = begin; i < end; i++) {
-        float point[3];
-        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
-        springls__v3 x = springls__world_to_model(q->ctx, point);
-        springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
-        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
-        guess = h.triangle;
-        springls__soup_hit(q->ctx, &h, distance, &q->out[i]);
-    }
-}
-
-SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float spacing = q->ctx->smallest_spacing;
-    int i;
-    for (i = begin; i < end; i++) {
-        const float *origin = q->points + 3 * (size_t)i;
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
-        springls__surface_hit h;
-        float largest = springls__max_coordinate(d);
-        double from[3], left_out, left_to_go;
-        springls__hit_none(&q->out[i]);
-        if (!(largest > 0.0f)) continue;
-        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
-        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
-        if (left_to_go < 0.0) continue;
-        x = springls__place_to_model(q->ctx, from);
-        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
-        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(h.t * spacing), left_out), &q->out[i]);
-    }
-}
-
-/* ---- on the zero level ---- */
-
-/* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
-SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
-{
-    float radius;
-    int nearest = -1;
-    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
-        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
-        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
-    }
-    return nearest;
-}
-
-/* Returns the gradient of phi, or the normal of the triangle where the two do not agree, as in a thin sheet; of any length. */
-SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
-{
-    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
-    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
-}
-
-/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
-SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
-                                          springls_hit *out)
-{
-    const springls_context *ctx = q->ctx;
-    springls__surface_hit material;
-    springls__tri_hit nearest;
-    int springl;
-    springls__hit_none(out);
-    if (!h->found) return;
-    if (q->cells) springl = springls__springl_at(ctx, h);
-    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
-    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
-    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
-    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
-                        : springls__material_at(ctx, springl, h->place, false);
-    *guess = material.triangle;
-    springls__hit_material(ctx, &material, out);
-}
-
-SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    springls__level_search search;
-    int i, guess = -1;
-    springls__level_search_begin(q->ctx, &search);
-    for (i = begin; i < end; i++) {
-        float point[3];
-        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
-        springls__level_hit h = springls__level_closest(&search, point);
-        float distance = springls__whole_distance((double)(springls__sqrt(search.d2) * q->ctx->smallest_spacing), left_out);
-        springls__level_hit_out(q, &h, distance, &guess, &q->out[i]);
-    }
-}
-
-/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. *left_out: how much
-   later it begins than `origin` (springls__begin_near). */
-SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
-                                         double along[3], double *left_out)
-{
-    const double *m = ctx->window.to_voxel;
-    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
-    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    double start[3];
-    int k;
-    if (!(length > 0.0)) return false;
-    *left_out = springls__begin_near(ctx, origin, direction, start);
-    springls__transform(m, start[0], start[1], start[2], from);
-    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
-    return true;
-}
-
-SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    int i, guess = -1;
-    for (i = begin; i < end; i++) {
-        double from[3], along[3], left_out = 0.0, t = 0.0;
-        springls__level_hit h;
-        h.found = false;
-        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along, &left_out)) {
-            t = springls__left_to_go(q->max_distance, left_out);
-            if (t >= 0.0) h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
-        }
-        springls__level_hit_out(q, &h, springls__whole_distance(t, left_out), &guess, &q->out[i]);
-    }
-}
-
-/* ---- the calls ---- */
-
-/* Brings what queries of the zero level read to the host. Springls are found in the cell list; in the hierarchy where to
-   build the list would change working memory that a step in progress uses. */
-SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
-{
-    SPRINGLS__TRY(springls__read_level_set(ctx));
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
-                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
-                                           | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
-    *cells = ctx->cells_fresh || !ctx->step.active;
-    if (!*cells) {
-        SPRINGLS__TRY(springls__use_host(ctx, false));
-        return springls__springl_surface_refresh(ctx);
-    }
-    if (!ctx->cells_fresh) {
-        springls__use_device(ctx);
-        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__read_cell_list(ctx)));
-    }
-    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
-}
-
-/* Runs a query of either surface. */
-SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
-                                                     int count, springls_task on_level, springls_task on_soup)
-{
-    int i;
-    q->ctx = ctx;
-    if (ctx->model.set.count == 0) {
-        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
-        return SPRINGLS_OK;
-    }
-    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
-        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
-    } else {
-        SPRINGLS__TRY(springls__use_host(ctx, false));
-        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    }
-    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
-}
-
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
-                                              springls_hit *out)
-{
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
-    memset(&q, 0, sizeof q);
-    q.points = points;
-    q.out = out;
-    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
-}
-
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
-                                              const float *directions, int count, float max_distance, springls_hit *out)
-{
-    springls__hit_query q;
-    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
-    SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
-    SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
-    if (springls__is_nan_float(max_distance) || max_distance < 0.0f)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
-    memset(&q, 0, sizeof q);
-    q.points = origins;
-    q.directions = directions;
-    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
-    q.out = out;
-    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
-}
-
-/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
-/* component_views.h - shows components, their events, and the component of any place. */
-
-/* Completes a step in progress, and finds the components of a model that has changed since: the next call that changes it would do the
-   same first. */
-SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
-{
-    if (!springls__components_enabled(ctx))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__begin_reading(ctx));
-    return springls__update_outdated_components(ctx);
-}
-
-SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
-{
-    int i;
-    springls_component *shown;
-    if (components) *components = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!components || !count)
-        return springls__fail_null(ctx, "components", components ? "count" : "components");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
-                                        sizeof(springls__component), 0));
-    shown = (springls_component *)ctx->next_component_memory.data;
-    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
-    *components = shown;
-    *count = ctx->component_count;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
-{
-    if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
-    return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
-}
-
-/* Returns the label of the body that a place lies in or descent of phi leads to; -1: none. The voxel that it is in comes first: of the
-   eight around it one of another body may be deeper. */
-SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__labels *labels, springls__v3 x)
-{
-    int32_t body, cavity;
-    int voxel[3];
-    springls__voxel_of_place(g, springls__v3_make(x.x + 0.5f, x.y + 0.5f, x.z + 0.5f), voxel);
-    if (springls__grid_phi(g, g->phi, voxel[0], voxel[1], voxel[2]) < 0.0f) return springls__body_of_voxel(g, labels, voxel);
-    springls__components_at(g, labels, x, &body, &cavity);
-    return body;
-}
-
-SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
-{
-    springls__labels labels;
-    int i;
-    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
-    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
-    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
-    for (i = 0; i < count; i++) {
-        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
-        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
-    }
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
-{
-    springls_event *event;
-    const springls_component *part;
-    int i;
-    if (events) *events = NULL;
-    if (count) *count = 0;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!events || !count) return springls__fail_null(ctx, "events", events ? "count" : "events");
-    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
-    event = (springls_event *)ctx->event_memory.data;
-    part = (const springls_component *)ctx->event_part_memory.data;
-    for (i = 0; i < ctx->event_count; i++) {
-        event[i].before = event[i].before_count ? part : NULL;
-        part += event[i].before_count;
-        event[i].after = event[i].after_count ? part : NULL;
-        part += event[i].after_count;
-    }
-    *events = event;
-    *count = ctx->event_count;
-    return SPRINGLS_OK;
-}
-
-/* ======== >>error_estimates  (src/output/error_estimates.h) ==================================================== */
-/* error_estimates.h - how far springls and vertices may be from where they should be. */
-
-typedef struct springls__error_job {
-    const springls_context *ctx;
-    const springls_mesh *mesh;
-    springls_error_estimate *out;
-} springls__error_job;
-
-/* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
-   is at most the largest spacing long, whatever the direction of the error. */
-SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
-                                                             springls__v3 a, float error, bool original)
-{
-    springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
-    springls_error_estimate estimate;
-    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original) * ctx->largest_spacing;
-    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error * ctx->largest_spacing;
-    return estimate;
-}
-
-SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
-{
-    const springls__error_job *job = (const springls__error_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    for (; begin < end; begin++)
-        job->out[begin] = springls__estimate_error(job->ctx, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
-                                                   model->set.a[begin], model->set.error[begin],
-                                                   (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
-}
-
-/* Treats vertices as springls that are born there. */
-SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
-{
-    const springls__error_job *job = (const springls__error_job *)arg;
-    const springls_context *ctx = job->ctx;
-    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
-    for (; begin < end; begin++) {
-        size_t v = 3 * (size_t)begin;
-        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
-        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
-        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__estimate_error(ctx, x, n, a,
-                                                   springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
-    }
-}
-
-/* Runs a task with the springls in their cells; no step is in progress. */
-SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx, int count, springls_task task,
-                                                           springls__error_job *job)
-{
-    job->ctx = ctx;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
-    springls__parallel(ctx, count, 32, task, job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
-{
-    springls__error_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
-    job.mesh = NULL;
-    job.out = out;
-    return springls__run_error_estimates(ctx, ctx->model.set.count, springls__springl_errors_task, &job);
-}
-
-SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
-{
-    springls__error_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
-    SPRINGLS__TRY(springls__begin_reading(ctx));
-    if (mesh->version && mesh->version != ctx->springls_version + 1)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: springls have changed since the mesh was made");
-    job.mesh = mesh;
-    job.out = out;
-    return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
-}
-
 /* ======== >>crossings:kernel  (kernels_embed/output/crossings.h) =============================================== */
 /* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.
 
@@ -28114,7 +26873,8 @@ SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface
     return v;
 }
 
-SPRINGLS__FN void springls__use_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+/* Finds the arrays of the mesh that is kept. */
+SPRINGLS__FN void springls__use_surface_mesh(const springls_context *ctx, springls__raw_mesh *mesh)
 {
     mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
     mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
@@ -28202,19 +26962,25 @@ SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* Returns the mesh of what springls hold, on the host. It is made where the model has changed since it was made last. The cell list must be
-   fresh. */
+/* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
+{
+    springls__raw_mesh made;
+    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
+    ctx->surface_version = 0;
+    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
+    ctx->surface_vertices = made.vertex_count;
+    ctx->surface_triangles = made.triangle_count;
+    ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+/* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
 {
     springls__raw_mesh kept;
     size_t vertices, corners;
-    if (ctx->surface_version != ctx->model_version) {
-        ctx->surface_version = 0;
-        SPRINGLS__TRY(springls__make_surface_mesh(ctx, &kept));
-        ctx->surface_vertices = kept.vertex_count;
-        ctx->surface_triangles = kept.triangle_count;
-        ctx->surface_version = ctx->model_version;
-    }
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
     memset(mesh, 0, sizeof *mesh);
     vertices = (size_t)ctx->surface_vertices;
     corners = 3 * (size_t)ctx->surface_triangles;
@@ -28247,6 +27013,1354 @@ SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
         if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
         springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
     }
+}
+
+/* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
+/* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
+   those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
+   between two of them. */
+
+/* A place on a triangle of the zero level, voxels; n: its normal, of any length. */
+typedef struct springls__level_hit {
+    bool found;
+    springls__v3 place, n;
+} springls__level_hit;
+
+/* Returns the k-th triangle of the cube whose corner 0 is voxel `at`. */
+SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int mask, const int at[3], int k)
+{
+    springls__cube_range range;
+    memset(&range, 0, sizeof range);
+    return springls__cube_triangle(&range, cell, mask, at[0], at[1], at[2], k);
+}
+
+/* ---- rays ---- */
+
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
+   aside, so that it meets few cubes of a slab. */
+typedef struct springls__level_ray {
+    const springls__grid *g;
+    springls__ray_frame frame;
+    int step, last;  /* to the next slab: 1 or -1; the last slab of the domain */
+    double t_max;    /* nothing better is further along the ray                */
+    springls__level_hit best;
+} springls__level_ray;
+
+/* Finds the cubes [span[0], span[1]] along an axis that the ray meets between two planes of its main axis, with a margin for
+   rounding errors. */
+SPRINGLS__FN void springls__level_ray_span(const springls__level_ray *ray, int axis, double begin, double end, int span[2])
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double slack = 1e-6, slope = axis == f->kx ? f->sx : f->sy;
+    double a = f->origin[axis] + (begin - f->origin[f->kz]) * slope, b = f->origin[axis] + (end - f->origin[f->kz]) * slope;
+    span[0] = springls__imax((int)((a < b ? a : b) - slack + 1.0) - 1, -1); /* above -1 the cast rounds down */
+    span[1] = springls__imin((int)((a < b ? b : a) + slack + 1.0) - 1, ray->g->size[axis] - 1);
+}
+
+/* Returns whether the ray meets an active brick between two planes of its main axis. */
+SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int begin, int end)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)begin, (double)end, u);
+    springls__level_ray_span(ray, ky, (double)begin, (double)end, v);
+    if (u[0] > u[1] || v[0] > v[1]) return false;
+    at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
+    for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
+        for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
+            if (springls__slot_of_voxel(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+    return false;
+}
+
+/* Takes the triangles of a cube that the ray meets earlier than the best. */
+SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int at[3])
+{
+    const springls__grid *g = ray->g;
+    springls__mc_cell cell;
+    int mask, k;
+    if (springls__slot_of_voxel(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0))
+        < SPRINGLS__FIRST_SLOT) return;
+    cell = springls__grid_cube(g, at[0], at[1], at[2]);
+    mask = springls__mc_case(cell);
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri t = springls__level_triangle(cell, mask, at, k);
+        float weight[3];
+        double along;
+        if (!springls__ray_meets(&ray->frame, t, ray->t_max, &along, weight)) continue;
+        if (ray->best.found && along == ray->t_max) continue;
+        ray->t_max = along;
+        ray->best.found = true;
+        ray->best.place = springls__tri_point(t, weight);
+        ray->best.n = springls__tri_area2(t);
+    }
+}
+
+/* Visits the cubes of one slab. */
+SPRINGLS__FN void springls__level_ray_slab(springls__level_ray *ray, int slab)
+{
+    const int kx = ray->frame.kx, ky = ray->frame.ky;
+    int u[2], v[2], at[3];
+    springls__level_ray_span(ray, kx, (double)slab, (double)slab + 1.0, u);
+    springls__level_ray_span(ray, ky, (double)slab, (double)slab + 1.0, v);
+    at[ray->frame.kz] = slab;
+    for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
+        for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
+}
+
+/* Returns the last slab, the way the ray goes, of the layer of bricks that slab `slab` is in. */
+SPRINGLS__FN int springls__level_ray_layer_end(const springls__level_ray *ray, int slab)
+{
+    const int first = springls__imax(slab, 0) & ~7;
+    if (ray->step > 0) return springls__imin(first + 7, ray->last);
+    return first > 0 ? first : -1;
+}
+
+/* Visits the slabs from `slab` to `end`, in one layer of bricks, until the ray has met a triangle. */
+SPRINGLS__FN void springls__level_ray_layer(springls__level_ray *ray, int slab, int end)
+{
+    if (!springls__level_ray_active(ray, springls__imin(slab, end), springls__imax(slab, end) + 1)) return;
+    for (; (end - slab) * ray->step >= 0 && !ray->best.found; slab += ray->step) springls__level_ray_slab(ray, slab);
+}
+
+/* Returns whether the ray, which has length t_end, comes to a slab of the domain. */
+SPRINGLS__FN bool springls__level_ray_reaches(const springls__level_ray *ray, int slab, double t_end)
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double plane = (double)(ray->step > 0 ? slab : slab + 1);
+    return (ray->last - slab) * ray->step >= 0 && !(f->sz * (plane - f->origin[f->kz]) > t_end + 1e-6 * fabs(f->sz));
+}
+
+/* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
+SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double origin[3], const double direction[3],
+                                           double *t_in, double *t_out, double from[3])
+{
+    int k, entry = -1;
+    for (k = 0; k < 3; k++) {
+        double lower = -1.0 - origin[k], upper = (double)g->size[k] - origin[k];
+        if (direction[k] != 0.0) {
+            double a = lower / direction[k], b = upper / direction[k];
+            if ((a < b ? a : b) > *t_in) {
+                *t_in = a < b ? a : b;
+                entry = k;
+            }
+            if ((a < b ? b : a) < *t_out) *t_out = a < b ? b : a;
+        } else if (lower > 0.0 || upper < 0.0) {
+            return false;
+        }
+    }
+    for (k = 0; k < 3; k++) { /* at the border of the domain to the bit: a far origin costs no digits */
+        const double lower = -1.0, upper = (double)g->size[k];
+        from[k] = k != entry ? origin[k] + *t_in * direction[k] : direction[k] > 0.0 ? lower : upper;
+        from[k] = from[k] < lower ? lower : from[k] > upper ? upper : from[k];
+    }
+    return *t_in <= *t_out;
+}
+
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; sets *t to its t. */
+SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
+                                                           const double direction[3], double *t)
+{
+    springls__level_ray ray;
+    double from[3], t_in = 0.0, t_out = *t;
+    int k, slab, end;
+    memset(&ray, 0, sizeof ray);
+    if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
+    ray.g = g;
+    ray.frame = springls__ray_frame_make(from, direction);
+    ray.t_max = *t - t_in;
+    k = ray.frame.kz;
+    ray.step = direction[k] > 0.0 ? 1 : -1;
+    ray.last = ray.step > 0 ? g->size[k] - 1 : -1;
+    slab = springls__iclamp((int)(from[k] - ray.step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    for (; !ray.best.found && springls__level_ray_reaches(&ray, slab, t_out - t_in); slab = end + ray.step) {
+        end = springls__level_ray_layer_end(&ray, slab);
+        springls__level_ray_layer(&ray, slab, end);
+    }
+    if (ray.best.found) *t = t_in + ray.t_max;
+    return ray.best;
+}
+
+/* ---- the closest point ---- */
+
+/* A search for the closest triangle. Distances to triangles are those of model coordinates (springl_surface.h); distances to
+   boxes of voxels are lower bounds of them. */
+typedef struct springls__level_search {
+    const springls_context *ctx;
+    float weight[3];            /* least length in model units of a voxel along each axis                       */
+    springls__v3 x;             /* the place, model coordinates                                                 */
+    float at[3];                /* the place, voxels                                                            */
+    float slack, limit2;        /* slack: exceeds rounding errors; limit2: nothing better has a larger distance */
+    float d2;
+    int brick, order;           /* of the best: the lowest among equals                                         */
+    springls__level_hit best;
+} springls__level_search;
+
+/* Begins a sequence of searches, for springls__level_closest; finds the weights. */
+SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
+{
+    const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
+    bool oblique = false;
+    int k;
+    search->ctx = ctx;
+    search->best.found = false;
+    for (k = 0; k < 3; k++) {
+        const double *row = inverse + 4 * k;
+        const int next = (k + 1) % 3;
+        double across = m[k] * m[next] + m[4 + k] * m[4 + next] + m[8 + k] * m[8 + next];
+        double unit = (double)ctx->smallest_spacing;
+        search->weight[k] = (float)(1.0 / unit) / springls__sqrt((float)(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]));
+        oblique = oblique || fabs(across) > 1e-6 * (double)(ctx->largest_spacing * ctx->largest_spacing);
+    }
+    /* the distance is at least the largest of those along the axes, and the root of their squares where these are orthogonal */
+    for (k = 0; k < 3; k++) search->weight[k] *= oblique ? 0.577f : 0.99999f;
+}
+
+/* Returns a lower bound of the squared distance to a box of voxels. */
+SPRINGLS__FN float springls__level_box2(const springls__level_search *search, const int lower[3], const int upper[3])
+{
+    float sum = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float d = springls__max(springls__max((float)lower[k] - search->at[k], search->at[k] - (float)upper[k]), 0.0f);
+        sum += d * d * (search->weight[k] * search->weight[k]);
+    }
+    return sum;
+}
+
+SPRINGLS__FN bool springls__level_is_better(const springls__level_search *search, float d2, int brick, int order)
+{
+    if (d2 != search->d2) return d2 < search->d2;
+    return brick != search->brick ? brick < search->brick : order < search->order;
+}
+
+/* Takes the triangles of a cube that are closer than the best, or as close and of a lower order. */
+SPRINGLS__FN void springls__level_try_cube(springls__level_search *search, int brick, int cube, const int at[3], int mask,
+                                           springls__mc_cell cell)
+{
+    int k;
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        springls__tri voxels = springls__level_triangle(cell, mask, at, k), t;
+        springls__tri_hit h;
+        int order = 8 * cube + k;
+        float d;
+        t.a = springls__voxel_to_model(search->ctx, voxels.a);
+        t.b = springls__voxel_to_model(search->ctx, voxels.b);
+        t.c = springls__voxel_to_model(search->ctx, voxels.c);
+        h = springls__tri_closest(t, search->x);
+        if (search->best.found && !springls__level_is_better(search, h.d2, brick, order)) continue;
+        d = springls__sqrt(h.d2) + search->slack;
+        search->best.found = true;
+        search->best.place = springls__tri_point(voxels, h.bary);
+        search->best.n = springls__tri_area2(voxels);
+        search->d2 = h.d2;
+        search->brick = brick;
+        search->order = order;
+        search->limit2 = springls__min(search->limit2, d * d);
+    }
+}
+
+/* Returns the cubes [span[0], span[1]] along an axis that come within `radius`, of those of a brick. */
+SPRINGLS__FN void springls__level_span(const springls__level_search *search, const springls__cube_range *range, int axis,
+                                       float radius, int span[2])
+{
+    const int first = range->origin[axis] + range->lo[axis], last = range->origin[axis] + range->hi[axis];
+    float r = radius / search->weight[axis];
+    span[0] = (int)springls__clamp(search->at[axis] - r - 1.0f, (float)first, (float)last + 1.0f);
+    span[1] = (int)springls__clamp(search->at[axis] + r, (float)first - 1.0f, (float)last);
+}
+
+/* Searches a row of cubes, from x = span[0] to span[1], of the brick at `origin`. */
+SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int brick, const int origin[3], bool border,
+                                          const int span[2], int y, int z)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
+    float phi[4][SPRINGLS__TILE];
+    uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
+    int k, c, at[3], end[3];
+    for (k = 0; k < 4; k++) {
+        springls__load_tile_row(g, g->phi, origin, entry, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
+        row[k] = springls__signs_of_row(phi[k]);
+        some |= row[k];
+        all &= row[k];
+    }
+    if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) return;
+    at[1] = y;
+    at[2] = z;
+    for (at[0] = span[0]; at[0] <= span[1]; at[0]++) {
+        const int x = at[0] - origin[0], mask = springls__case_between(row, x);
+        springls__mc_cell cell;
+        if (springls__mc_count(mask) == 0) continue;
+        for (c = 0; c < 3; c++) end[c] = at[c] + 1;
+        if (springls__level_box2(search, at, end) > search->limit2) continue;
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[c >> 1][x + 1 + (c & 1)];
+        springls__level_try_cube(search, brick, springls__cube_index(x, y - origin[1], z - origin[2]), at, mask, cell);
+    }
+}
+
+/* Returns a lower bound of the squared distance to the cubes of a brick; FLT_MAX when it is not active. */
+SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int lower[3], upper[3], k;
+    if (springls__slot_of_brick(g, brick) < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    springls__brick_origin(g, brick, lower);
+    for (k = 0; k < 3; k++) {
+        upper[k] = lower[k] + SPRINGLS__BRICK;
+        lower[k] -= lower[k] == 0;
+    }
+    return springls__level_box2(search, lower, upper);
+}
+
+/* Searches the cubes of a brick, row by row, if it is active. */
+SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    const int slot = springls__slot_of_brick(g, brick);
+    springls__cube_range range;
+    float radius;
+    bool border;
+    int u[2], v[2], w[2], y, z;
+    if (slot < SPRINGLS__FIRST_SLOT || springls__level_brick2(search, brick) > search->limit2) return;
+    radius = springls__sqrt(search->limit2);
+    range = springls__brick_cubes(g, slot);
+    border = springls__tile_at_border(g, range.origin);
+    springls__level_span(search, &range, 0, radius, u);
+    springls__level_span(search, &range, 1, radius, v);
+    springls__level_span(search, &range, 2, radius, w);
+    for (z = w[0]; z <= w[1]; z++)
+        for (y = v[0]; y <= v[1]; y++) {
+            int at[3], end[3];
+            at[0] = u[0]; at[1] = y; at[2] = z;
+            end[0] = u[1] + 1; end[1] = y + 1; end[2] = z + 1;
+            if (springls__level_box2(search, at, end) <= search->limit2)
+                springls__level_try_row(search, brick, range.origin, border, u, y, z);
+        }
+}
+
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`; FLT_MAX where there are
+   none. */
+SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    float bound = FLT_MAX;
+    int k;
+    if (r == 0) return 0.0f;
+    for (k = 0; k < 3; k++) {
+        int lower = center[k] - r + 1, upper = center[k] + r; /* bricks before and from here on are left */
+        if (lower > 0)
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max(search->at[k] - (float)(SPRINGLS__BRICK * lower), 0.0f));
+        if (upper < g->bricks[k])
+            bound = springls__min(bound, search->weight[k]
+                                             * springls__max((float)(SPRINGLS__BRICK * upper) - search->at[k], 0.0f));
+    }
+    return bound;
+}
+
+/* A walk over the bricks that are r away from brick `center`; over all active ones when r is negative. */
+typedef struct springls__ring_walk {
+    const springls__grid *g;
+    int center[3], r, at[3], next;
+} springls__ring_walk;
+
+SPRINGLS__FN springls__ring_walk springls__ring_walk_begin(const springls__grid *g, const int center[3], int r)
+{
+    springls__ring_walk walk;
+    int k;
+    walk.g = g;
+    walk.r = r;
+    walk.next = 0;
+    for (k = 0; k < 3; k++) {
+        walk.center[k] = center[k];
+        walk.at[k] = -r;
+    }
+    return walk;
+}
+
+/* Returns the next brick; -1 at the end. */
+SPRINGLS__FN int springls__ring_walk_next(springls__ring_walk *walk)
+{
+    const springls__grid *g = walk->g;
+    const int r = walk->r;
+    if (r < 0) return walk->next < g->active_count ? g->slot_brick[g->active[walk->next++]] : -1;
+    while (walk->at[2] <= r) {
+        int x = walk->center[0] + walk->at[0], y = walk->center[1] + walk->at[1], z = walk->center[2] + walk->at[2];
+        bool side = walk->at[1] == -r || walk->at[1] == r || walk->at[2] == -r || walk->at[2] == r;
+        walk->at[0] += side || r == 0 ? 1 : 2 * r;
+        if (walk->at[0] > r) {
+            walk->at[0] = -r;
+            walk->at[1]++;
+        }
+        if (walk->at[1] > r) {
+            walk->at[1] = -r;
+            walk->at[2]++;
+        }
+        if (x >= 0 && y >= 0 && z >= 0 && x < g->bricks[0] && y < g->bricks[1] && z < g->bricks[2])
+            return x + g->bricks[0] * (y + g->bricks[1] * z);
+    }
+    return -1;
+}
+
+/* Searches the bricks of a walk, the nearest one first: it leaves little to do in the others. */
+SPRINGLS__FN void springls__level_try_bricks(springls__level_search *search, springls__ring_walk walk)
+{
+    springls__ring_walk again = walk;
+    float nearest2 = search->limit2;
+    int brick, nearest = -1;
+    while ((brick = springls__ring_walk_next(&walk)) >= 0) {
+        float d2 = springls__level_brick2(search, brick);
+        if (d2 < nearest2) {
+            nearest2 = d2;
+            nearest = brick;
+        }
+    }
+    if (nearest < 0) return;
+    springls__level_try_brick(search, nearest);
+    while ((brick = springls__ring_walk_next(&again)) >= 0)
+        if (brick != nearest) springls__level_try_brick(search, brick);
+}
+
+/* Searches all bricks within the limit, ring by ring around brick `center`. */
+SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, const int center[3])
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    int r;
+    for (r = 0; ; r++) {
+        const float bound = springls__level_ring_distance(search, center, r), side = (float)(2 * r + 1);
+        if (bound == FLT_MAX || bound * bound > search->limit2) return;
+        if (side * side * side > (float)g->active_count + 27.0f) break;
+        springls__level_try_bricks(search, springls__ring_walk_begin(g, center, r));
+    }
+    springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
+}
+
+/* Sets the place of a search, and finds the brick nearest to it. */
+SPRINGLS__FN void springls__level_search_place(springls__level_search *search, const float *world, int center[3])
+{
+    const springls_context *ctx = search->ctx;
+    const int *size = ctx->model.grid.size;
+    const springls__v3 corner = springls__v3_make((float)size[0], (float)size[1], (float)size[2]);
+    double x[3];
+    int k;
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], 0, size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+}
+
+/* Finds the point of the zero level closest to a place of the world, and sets search->d2 to its squared distance, model units. The
+   last result bounds the distance of the next one: that saves time and cannot change it. */
+SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
+{
+    const springls_context *ctx = search->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    float phi, short_range, last = FLT_MAX;
+    int center[3];
+    springls__level_search_place(search, world, center);
+    if (search->best.found) /* the last answer is on the surface too */
+        last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
+    search->best.found = false;
+    phi = springls__fabs(springls__grid_sample(g, g->phi, springls__v3_make(search->at[0], search->at[1], search->at[2])));
+    short_range = (1.1f * phi + 0.5f) * ctx->largest_spacing / ctx->smallest_spacing;
+    if (phi < g->far_value && short_range < last) { /* phi is nearly the distance: a short search may be enough */
+        search->limit2 = short_range * short_range;
+        springls__level_try_rings(search, center);
+        if (search->best.found && search->d2 <= short_range * short_range) return search->best;
+        search->best.found = false;
+    }
+    search->limit2 = last < 1e18f ? last * last : FLT_MAX;
+    springls__level_try_rings(search, center);
+    return search->best;
+}
+
+/* ======== >>contour_query  (src/output/contour_query.h) ======================================================== */
+/* contour_query.h - finds closest points, rays' hits and insides on the mesh of what springls hold (params.contouring), by a hierarchy over
+   its triangles in model coordinates (springl_surface.h). */
+
+/* Returns whether the watertight surface is what springls hold. While a step is in progress, whose working memory the mesh would take, it
+   is the zero level. */
+SPRINGLS__FN bool springls__shows_springls(const springls_context *ctx)
+{
+    return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS && !ctx->step.active;
+}
+
+/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
+SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+{
+    springls__raw_mesh mesh;
+    int k;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    if (ctx->contour_surface_version == ctx->surface_version) return SPRINGLS_OK;
+    ctx->contour_surface_version = 0;
+    ctx->contour_surface.count = 0;
+    if (ctx->surface_triangles > 0) {
+        springls__use_surface_mesh(ctx, &mesh);
+        SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
+        for (k = 0; k < 3 * ctx->surface_triangles; k++)
+            ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
+        SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles));
+    }
+    ctx->contour_surface_version = ctx->surface_version;
+    return SPRINGLS_OK;
+}
+
+/* Converts a hit on the mesh to voxels; n: between the normals of its vertices. */
+SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *ctx, const springls__surface_hit *h)
+{
+    springls__raw_mesh mesh;
+    springls__level_hit found;
+    int k;
+    found.found = h->triangle >= 0;
+    found.place = found.n = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__use_surface_mesh(ctx, &mesh);
+    for (k = 0; found.found && k < 3; k++) {
+        const int v = mesh.triangles[3 * (size_t)h->triangle + (size_t)k];
+        found.place = springls__mad(found.place, mesh.positions[v], h->hit.bary[k]);
+        found.n = springls__mad(found.n, mesh.normals[v], h->hit.bary[k]);
+    }
+    return found;
+}
+
+/* Returns whether the mesh bounds a place, model coordinates: a ray from there meets it first from behind. */
+SPRINGLS__FN bool springls__is_within_contour(const springls_context *ctx, springls__v3 x)
+{
+    const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
+    const springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
+    float facing;
+    if (h.triangle < 0) return false;
+    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
+    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+}
+
+typedef struct springls__contour_inside { const springls_context *ctx; const float *points; uint8_t *out; } springls__contour_inside;
+
+SPRINGLS__FN void springls__contour_inside_task(void *arg, int begin, int end)
+{
+    const springls__contour_inside *q = (const springls__contour_inside *)arg;
+    for (; begin < end; begin++)
+        q->out[begin] = springls__is_within_contour(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin));
+}
+
+/* ======== >>query  (src/output/query.h) ======================================================================== */
+/* query.h - samples the level set, and finds closest points and ray hits, for batches of points in world coordinates. */
+
+/* Fails when an array is missing or a point is not finite. */
+SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
+                                                    const char *name)
+{
+    size_t i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
+    if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
+    for (i = 0; i < 3 * (size_t)count; i++)
+        if (!springls__finite_float(points[i]))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
+    return SPRINGLS_OK;
+}
+
+/* ---- the level set ---- */
+
+typedef struct springls__field_query {
+    const springls_context *ctx;
+    const float *points;
+    float *out;
+    uint8_t *inside;
+} springls__field_query;
+
+/* Finds whether the distance at a world point is that to the closest place of the zero level, which search->best and d2 then have: where
+   the spacing is not uniform, within the band. Else phi is it. */
+SPRINGLS__FN bool springls__needs_closest(springls__level_search *search, const float *point, float phi)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    return !springls__is_uniform(g->metric) && springls__fabs(phi) < g->far_value && springls__level_closest(search, point).found;
+}
+
+/* Samples the signed distance in world units, or where phi is negative. */
+SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
+{
+    const springls__field_query *q = (const springls__field_query *)arg;
+    const springls_context *ctx = q->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    springls__level_search search;
+    int i;
+    springls__level_search_begin(ctx, &search);
+    for (i = begin; i < end; i++) {
+        const float *point = q->points + 3 * (size_t)i;
+        float phi = springls__grid_sample(g, g->phi, springls__world_to_voxel(ctx, point));
+        if (q->inside) {
+            q->inside[i] = phi < 0.0f;
+            continue;
+        }
+        if (springls__needs_closest(&search, point, phi)) {
+            const float distance = springls__min(springls__sqrt(search.d2), g->far_value); /* what all directions reach */
+            phi = phi < 0.0f ? -distance : distance;
+        }
+        q->out[i] = phi * ctx->smallest_spacing;
+    }
+}
+
+/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
+   within the band. */
+SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
+{
+    const float close = 0.5f; /* smallest spacings: nearer to a triangle its corners would show, and phi's normal is as good */
+    const springls_context *ctx = search->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    const springls__v3 normal = springls__normal_to_world(ctx, g);
+    const float phi = springls__grid_sample(grid, grid->phi, x);
+    springls__v3 away;
+    if (!springls__needs_closest(search, point, phi)) return springls__scale(normal, springls__length(g));
+    if (search->d2 < close * close) return normal;
+    away = springls__normalize(springls__voxel_to_model(ctx, springls__sub(x, search->best.place)));
+    return phi < 0.0f ? springls__scale(away, -1.0f) : away;
+}
+
+SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
+{
+    const springls__field_query *q = (const springls__field_query *)arg;
+    const springls_context *ctx = q->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    springls__level_search search;
+    int i;
+    springls__level_search_begin(ctx, &search);
+    for (i = begin; i < end; i++) {
+        const float *point = q->points + 3 * (size_t)i;
+        float *out = q->out + 3 * (size_t)i;
+        const springls__v3 x = springls__world_to_voxel(ctx, point), g = springls__grid_gradient(grid, grid->phi, x);
+        if (springls__is_uniform(grid->metric)) springls__covector_to_world(ctx, g, (double)ctx->smallest_spacing, out);
+        else {
+            const springls__v3 world = springls__world_gradient(&search, point, x, g);
+            memcpy(out, &world.x, 3 * sizeof *out);
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, const float *points, int count, float *out,
+                                                       uint8_t *inside, springls_task task, const char *name)
+{
+    springls__field_query q;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    SPRINGLS__TRY(springls__read_level_set(ctx));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)
+                                           | SPRINGLS__BIT(SLOT_BRICK)));
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    q.inside = inside;
+    springls__parallel(ctx, count, 1024, task, &q);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
+{
+    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_distance_task, "sample_distance");
+}
+
+SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
+{
+    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
+}
+
+SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+{
+    if (ctx && springls__shows_springls(ctx)) {
+        springls__contour_inside q;
+        SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        q.ctx = ctx;
+        q.points = points;
+        q.out = out;
+        springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
+        return SPRINGLS_OK;
+    }
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
+}
+
+/* ---- material coordinates ---- */
+
+/* Holds the normal equations of a least-squares fit of the affine map p -> a around a place x of the model,
+   a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
+typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
+
+/* Adds the equations constant c + A r = v. */
+SPRINGLS__FN void springls__affine_fit_equations(springls__affine_fit *fit, double constant, springls__v3 r, springls__v3 v,
+                                                 double weight)
+{
+    const double row[4] = { constant, (double)r.x, (double)r.y, (double)r.z };
+    const double value[3] = { (double)v.x, (double)v.y, (double)v.z };
+    int i, j;
+    for (i = 0; i < 4; i++) {
+        for (j = 0; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
+        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
+    }
+}
+
+/* Adds the equation a(x + r) = a. */
+SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+{
+    springls__affine_fit_equations(fit, 1.0, r, a, weight);
+    fit->weight += weight;
+    fit->count++;
+}
+
+/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
+SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
+{
+    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
+}
+
+/* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
+   singular. */
+SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
+{
+    int order[4], i, j, k;
+    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c is eliminated last, and needs no back substitution */
+    for (i = 0; i < 3; i++) {
+        int p = order[i];
+        if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
+        for (j = i + 1; j < 4; j++) {
+            int q = order[j];
+            double f = fit->m[q][p] / fit->m[p][p];
+            for (k = i; k < 4; k++) fit->m[q][order[k]] -= f * fit->m[p][order[k]];
+            for (k = 0; k < 3; k++) fit->rhs[q][k] -= f * fit->rhs[p][k];
+        }
+    }
+    if (!(fit->m[0][0] > 1e-6 * fit->weight)) return false;
+    *c = springls__v3_make((float)(fit->rhs[0][0] / fit->m[0][0]), (float)(fit->rhs[0][1] / fit->m[0][0]),
+                           (float)(fit->rhs[0][2] / fit->m[0][0]));
+    return true;
+}
+
+/* Returns the place on the original surface of place x of a springl that has too few neighbors for a fit: the same barycentric
+   coordinates in the triangle `own` that an original springl came from; the correspondence of any other. Voxels. */
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
+{
+    springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
+    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
+    springls__v3 a = ctx->model.set.a[springl];
+    if (ctx->model.set.generation[springl]) return a;
+    a = springls__mad(a, own.a, at.bary[0] - center.bary[0]);
+    a = springls__mad(a, own.b, at.bary[1] - center.bary[1]);
+    return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
+}
+
+/* A fit around place x of a springl, voxels. */
+typedef struct springls__place_fit {
+    const springls_context *ctx;
+    int springl;
+    springls__v3 x, normal; /* of the springl */
+    float radius;
+    springls__affine_fit fit;
+} springls__place_fit;
+
+/* Adds springl j, if it is near, faces the same way and comes from the same part of the original. */
+SPRINGLS__FN void springls__place_fit_add(springls__place_fit *place, int j)
+{
+    const springls__constellation *set = &place->ctx->model.set;
+    const float radius2 = place->radius * place->radius;
+    springls__v3 r = springls__sub(set->s[j].p, place->x);
+    float d2 = springls__length2(r) / radius2;
+    if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[j]), place->normal) > 0.0f)) return;
+    if (springls__length2(springls__sub(set->a[j], set->a[place->springl])) > 16.0f * radius2) return;
+    springls__affine_fit_add(&place->fit, r, set->a[j], (double)((1.0f - d2) * (1.0f - d2)));
+}
+
+/* Adds the springls around, from the cell list or from the hierarchy: whichever is fresh. */
+SPRINGLS__FN void springls__place_fit_around(springls__place_fit *place, bool cells)
+{
+    const springls_context *ctx = place->ctx;
+    int j;
+    if (cells) {
+        springls__cell_walk walk = springls__cell_walk_near(&ctx->model, place->x, place->radius);
+        while ((j = springls__cell_walk_next(&ctx->model, &walk)) >= 0) springls__place_fit_add(place, j);
+    } else {
+        springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, place->x),
+                                                             place->radius * ctx->largest_spacing / ctx->smallest_spacing);
+        while ((j = springls__near_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
+    }
+}
+
+/* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
+   that face the same way. own: the original triangle at the springl's correspondence. */
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own, bool cells)
+{
+    const springls__springl *s = &ctx->model.set.s[springl];
+    springls__place_fit place;
+    springls__v3 result;
+    memset(&place, 0, sizeof place);
+    place.ctx = ctx;
+    place.springl = springl;
+    place.x = x;
+    place.normal = springls__springl_normal(*s);
+    place.radius = 2.5f * springls__max(1.0f, s->bounding_radius);
+    springls__place_fit_around(&place, cells);
+    if (place.fit.count >= 4) {
+        springls__affine_fit_normal(&place.fit, place.normal, springls__tri_normal(own), 0.1 * place.fit.weight);
+        if (springls__affine_fit_solve(&place.fit, &result)) return result;
+    }
+    return springls__own_correspondence(ctx, springl, x, own);
+}
+
+/* Converts a hit on the original surface to triangle and barycentric coordinates of the caller's mesh. */
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
+                                      float bary[3])
+{
+    int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
+    *triangle = source / 2;
+    bary[0] = h->hit.bary[0];
+    bary[1] = h->hit.bary[source & 1 ? 2 : 1];
+    bary[2] = h->hit.bary[source & 1 ? 1 : 2];
+}
+
+/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. cells: the
+   cell list is fresh, else the hierarchy of the springls is. */
+SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x, bool cells)
+{
+    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
+    springls__v3 a;
+    if (own.triangle < 0) return own;
+    a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle), cells);
+    return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
+}
+
+/* Returns the place on the original surface of place x (voxels) of a springl by the quadratic fit. The cell list must be fresh.
+   guess: a triangle of the original surface, or -1. */
+SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
+                                                                int guess)
+{
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
+                                                ctx->model.set.count);
+    if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
+    return springls__material_at(ctx, springl, x, true);
+}
+
+/* ---- closest points, rays ---- */
+
+typedef struct springls__hit_query {
+    const springls_context *ctx;
+    const float *points, *directions;
+    float max_distance; /* world units */
+    bool cells;         /* the cell list is fresh */
+    bool contour;       /* the mesh of what springls hold is searched */
+    const springls__surface *surface; /* that is searched, where it has a hierarchy */
+    springls_hit *out;
+} springls__hit_query;
+
+/* Begins a hit on a springl: point (voxels) and normal, bary in the springl, distance in world units. */
+SPRINGLS__FN void springls__hit_begin(const springls_context *ctx, int springl, springls__v3 point, springls__v3 normal,
+                                      const float bary[3], float distance, springls_hit *out)
+{
+    springls__v3 n = springls__normal_to_world(ctx, normal);
+    out->springl = springl;
+    out->id = ctx->model.set.id[springl];
+    springls__voxel_to_world(ctx, point, out->point);
+    out->normal[0] = n.x; out->normal[1] = n.y; out->normal[2] = n.z;
+    memcpy(out->barycentric, bary, sizeof out->barycentric);
+    out->distance = distance;
+}
+
+SPRINGLS__FN void springls__hit_none(springls_hit *out)
+{
+    memset(out, 0, sizeof *out);
+    out->springl = out->material_triangle = -1;
+}
+
+/* Adds to a hit its place on the original surface, where there is one. */
+SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const springls__surface_hit *material, springls_hit *out)
+{
+    if (material->triangle < 0) return;
+    springls__original_to_world(ctx, material->hit.point, out->material);
+    springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
+}
+
+/* ---- far away ---- */
+
+/* Finds the middle of the grid in the world. Returns the radius of the ball around it that holds the grid, world units. */
+SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double middle[3])
+{
+    const int *size = ctx->model.grid.size;
+    const double *m = ctx->window.to_world;
+    double radius = 0.0;
+    int k;
+    springls__transform(m, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1), middle);
+    for (k = 0; k < 3; k++) /* half the sum of the edges exceeds half the diagonal */
+        radius += 0.5 * (size[k] + 2) * sqrt(m[k] * m[k] + m[4 + k] * m[4 + k] + m[8 + k] * m[8 + k]);
+    return radius;
+}
+
+/* Writes to near_point a query point or, if it is more than 10^7 voxels from the middle of the grid, the point that far away in its
+   direction: a float does not resolve by how much the closest place may differ. Returns the distance left out, world units. */
+SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
+{
+    const double furthest = 1e7 * (double)ctx->smallest_spacing;
+    double middle[3], d[3], length;
+    int k;
+    springls__grid_ball(ctx, middle);
+    for (k = 0; k < 3; k++) d[k] = (double)world[k] - middle[k];
+    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (k = 0; k < 3; k++) near_point[k] = length > furthest ? (float)(middle[k] + d[k] * (furthest / length)) : world[k];
+    return length > furthest ? length - furthest : 0.0;
+}
+
+/* Returns distance + left_out, at most FLT_MAX. */
+SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
+{
+    return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
+}
+
+/* Writes to `from` where the search along a ray begins: at its origin or, if that is more than 10^4 voxels before the grid, where
+   the ray comes near the grid. That point follows from the ray's moment about the world's origin, whose products of floats are
+   exact in double: no digit is lost however far the ray begins. The direction must not be zero. Returns the distance left out,
+   world units. */
+SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
+{
+    const double far_away = 1e4 * (double)ctx->smallest_spacing;
+    double middle[3], o[3], d[3], moment[3], length2 = 0.0, along = 0.0, before = 0.0, radius = springls__grid_ball(ctx, middle);
+    int k;
+    for (k = 0; k < 3; k++) {
+        from[k] = o[k] = (double)origin[k];
+        d[k] = (double)direction[k];
+        length2 += d[k] * d[k];
+    }
+    for (k = 0; k < 3; k++) moment[k] = o[(k + 1) % 3] * d[(k + 2) % 3] - o[(k + 2) % 3] * d[(k + 1) % 3];
+    for (k = 0; k < 3; k++) {
+        along += d[k] * middle[k] / sqrt(length2);
+        before -= d[k] * o[k] / sqrt(length2);
+    }
+    if (!(along + before - radius > far_away)) return 0.0;
+    for (k = 0; k < 3; k++)
+        from[k] = (d[(k + 1) % 3] * moment[(k + 2) % 3] - d[(k + 2) % 3] * moment[(k + 1) % 3]) / length2
+                + (along - radius) * d[k] / sqrt(length2);
+    return along + before - radius;
+}
+
+/* Returns what is left of a ray's max_distance after the part left out; negative: nothing. */
+SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
+{
+    return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
+}
+
+/* ---- on the springls ---- */
+
+/* Converts a hit on the springls to the public form. distance: world units. */
+SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
+{
+    springls__surface_hit material;
+    springls__tri t;
+    springls__v3 voxel;
+    springls__hit_none(out);
+    if (h->triangle < 0) return;
+    t = springls__springl_tri(ctx->model.set.s[h->triangle]);
+    voxel = springls__tri_point(t, h->hit.bary);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
+    material = springls__material_at(ctx, h->triangle, voxel, false);
+    springls__hit_material(ctx, &material, out);
+}
+
+/* ---- on the zero level ---- */
+
+/* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
+SPRINGLS__FN int springls__springl_at(const springls_context *ctx, const springls__level_hit *h)
+{
+    float radius;
+    int nearest = -1;
+    for (radius = 0.25f; nearest < 0; radius *= 2.0f) { /* there is one at some distance */
+        nearest = springls__nearest_springl_facing(&ctx->model, h->place, h->n, radius);
+        if (nearest < 0 && radius >= 1.0f) nearest = springls__nearest_springl(&ctx->model, h->place, radius);
+    }
+    return nearest;
+}
+
+/* Returns the gradient of phi, or the normal of the triangle where the two do not agree, as in a thin sheet; of any length. */
+SPRINGLS__FN springls__v3 springls__level_normal(const springls_context *ctx, const springls__level_hit *h)
+{
+    springls__v3 n = springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, h->place);
+    return springls__dot(n, h->n) > 0.1f * springls__length(h->n) ? n : h->n;
+}
+
+/* Converts a hit on the zero level to the public form. *guess: the triangle of the original surface where the last one was. */
+SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const springls__level_hit *h, float distance, int *guess,
+                                          springls_hit *out)
+{
+    const springls_context *ctx = q->ctx;
+    springls__surface_hit material;
+    springls__tri_hit nearest;
+    int springl;
+    springls__hit_none(out);
+    if (!h->found) return;
+    if (q->cells) springl = springls__springl_at(ctx, h);
+    else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
+    nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
+    springls__hit_begin(ctx, springl, h->place, q->contour ? h->n : springls__level_normal(ctx, h), nearest.bary, distance, out);
+    material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
+                        : springls__material_at(ctx, springl, h->place, false);
+    *guess = material.triangle;
+    springls__hit_material(ctx, &material, out);
+}
+
+SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    springls__level_search search;
+    int i, guess = -1;
+    springls__level_search_begin(q->ctx, &search);
+    for (i = begin; i < end; i++) {
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__level_hit h = springls__level_closest(&search, point);
+        float distance = springls__whole_distance((double)(springls__sqrt(search.d2) * q->ctx->smallest_spacing), left_out);
+        springls__level_hit_out(q, &h, distance, &guess, &q->out[i]);
+    }
+}
+
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. *left_out: how much
+   later it begins than `origin` (springls__begin_near). */
+SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
+                                         double along[3], double *left_out)
+{
+    const double *m = ctx->window.to_voxel;
+    const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double start[3];
+    int k;
+    if (!(length > 0.0)) return false;
+    *left_out = springls__begin_near(ctx, origin, direction, start);
+    springls__transform(m, start[0], start[1], start[2], from);
+    for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
+    return true;
+}
+
+SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        double from[3], along[3], left_out = 0.0, t = 0.0;
+        springls__level_hit h;
+        h.found = false;
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along, &left_out)) {
+            t = springls__left_to_go(q->max_distance, left_out);
+            if (t >= 0.0) h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        }
+        springls__level_hit_out(q, &h, springls__whole_distance(t, left_out), &guess, &q->out[i]);
+    }
+}
+
+/* ---- on triangles with a hierarchy: the springls, or the mesh of what they hold ---- */
+
+SPRINGLS__FN void springls__triangle_hit(const springls__hit_query *q, const springls__surface_hit *h, float distance, int *guess,
+                                         springls_hit *out)
+{
+    springls__level_hit on_mesh;
+    if (!q->contour) {
+        springls__soup_hit(q->ctx, h, distance, out);
+        return;
+    }
+    on_mesh = springls__contour_hit(q->ctx, h);
+    springls__level_hit_out(q, &on_mesh, distance, guess, out);
+}
+
+/* Finds closest points; each search begins at the triangle of the last one. */
+SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1, original_guess = -1;
+    for (i = begin; i < end; i++) {
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__v3 x = springls__world_to_model(q->ctx, point);
+        springls__surface_hit h = springls__surface_closest_from(q->surface, x, FLT_MAX, guess);
+        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
+        guess = h.triangle;
+        springls__triangle_hit(q, &h, distance, &original_guess, &q->out[i]);
+    }
+}
+
+SPRINGLS__FN void springls__raycast_triangle_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float spacing = q->ctx->smallest_spacing;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        const float *origin = q->points + 3 * (size_t)i;
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
+        springls__surface_hit h;
+        float largest = springls__max_coordinate(d);
+        double from[3], left_out, left_to_go;
+        springls__hit_none(&q->out[i]);
+        if (!(largest > 0.0f)) continue;
+        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
+        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
+        if (left_to_go < 0.0) continue;
+        x = springls__place_to_model(q->ctx, from);
+        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(q->surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
+        springls__triangle_hit(q, &h, springls__whole_distance((double)(h.t * spacing), left_out), &guess, &q->out[i]);
+    }
+}
+
+/* ---- the calls ---- */
+
+/* Brings what queries of the zero level read to the host. Springls are found in the cell list; in the hierarchy where to
+   build the list would change working memory that a step in progress uses. */
+SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
+{
+    SPRINGLS__TRY(springls__read_level_set(ctx));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
+                                           | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
+                                           | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
+    *cells = ctx->cells_fresh || !ctx->step.active;
+    if (!*cells) {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        return springls__springl_surface_refresh(ctx);
+    }
+    if (!ctx->cells_fresh) {
+        springls__use_device(ctx);
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__read_cell_list(ctx)));
+    }
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
+}
+
+/* Runs a query of either surface. */
+SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
+                                                     int count, springls_task on_level, springls_task on_triangles)
+{
+    int i;
+    q->ctx = ctx;
+    if (ctx->model.set.count == 0) {
+        for (i = 0; i < count; i++) springls__hit_none(&q->out[i]);
+        return SPRINGLS_OK;
+    }
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
+        SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+        q->contour = springls__shows_springls(ctx);
+        if (q->contour) SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+    } else {
+        SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    }
+    q->surface = q->contour ? &ctx->contour_surface : &ctx->springl_surface;
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT && !q->contour ? on_level : on_triangles, q);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, springls_surface surface, const char *call)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
+}
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+                                              springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    memset(&q, 0, sizeof q);
+    q.points = points;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_triangle_task);
+}
+
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+                                              const float *directions, int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
+    SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
+    SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
+    if (springls__is_nan_float(max_distance) || max_distance < 0.0f)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
+    memset(&q, 0, sizeof q);
+    q.points = origins;
+    q.directions = directions;
+    q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
+    q.out = out;
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_triangle_task);
+}
+
+/* ======== >>component_views  (src/output/component_views.h) ==================================================== */
+/* component_views.h - shows components, their events, and the component of any place. */
+
+/* Completes a step in progress, and finds the components of a model that has changed since: the next call that changes it would do the
+   same first. */
+SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
+{
+    if (!springls__components_enabled(ctx))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
+    SPRINGLS__TRY(springls__begin_reading(ctx));
+    return springls__update_outdated_components(ctx);
+}
+
+SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+{
+    int i;
+    springls_component *shown;
+    if (components) *components = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!components || !count)
+        return springls__fail_null(ctx, "components", components ? "count" : "components");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "components"));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->next_component_memory, (size_t)ctx->component_count + 1,
+                                        sizeof(springls__component), 0));
+    shown = (springls_component *)ctx->next_component_memory.data;
+    for (i = 0; i < ctx->component_count; i++) memcpy(&shown[i], &springls__component_list(ctx)[i].view, sizeof *shown);
+    *components = shown;
+    *count = ctx->component_count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+{
+    if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
+}
+
+/* Returns the label of the body that a place lies in or descent of phi leads to; -1: none. The voxel that it is in comes first: of the
+   eight around it one of another body may be deeper. */
+SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__labels *labels, springls__v3 x)
+{
+    int32_t body, cavity;
+    int voxel[3];
+    springls__voxel_of_place(g, springls__v3_make(x.x + 0.5f, x.y + 0.5f, x.z + 0.5f), voxel);
+    if (springls__grid_phi(g, g->phi, voxel[0], voxel[1], voxel[2]) < 0.0f) return springls__body_of_voxel(g, labels, voxel);
+    springls__components_at(g, labels, x, &body, &cavity);
+    return body;
+}
+
+SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+{
+    springls__labels labels;
+    int i;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
+    SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
+    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    for (i = 0; i < count; i++) {
+        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
+        out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+{
+    springls_event *event;
+    const springls_component *part;
+    int i;
+    if (events) *events = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!events || !count) return springls__fail_null(ctx, "events", events ? "count" : "events");
+    SPRINGLS__TRY(springls__refresh_components(ctx, "events"));
+    event = (springls_event *)ctx->event_memory.data;
+    part = (const springls_component *)ctx->event_part_memory.data;
+    for (i = 0; i < ctx->event_count; i++) {
+        event[i].before = event[i].before_count ? part : NULL;
+        part += event[i].before_count;
+        event[i].after = event[i].after_count ? part : NULL;
+        part += event[i].after_count;
+    }
+    *events = event;
+    *count = ctx->event_count;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>error_estimates  (src/output/error_estimates.h) ==================================================== */
+/* error_estimates.h - how far springls and vertices may be from where they should be. */
+
+typedef struct springls__error_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    springls_error_estimate *out;
+} springls__error_job;
+
+/* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
+   is at most the largest spacing long, whatever the direction of the error. */
+SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
+                                                             springls__v3 a, float error, bool original)
+{
+    springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
+    springls_error_estimate estimate;
+    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original) * ctx->largest_spacing;
+    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error * ctx->largest_spacing;
+    return estimate;
+}
+
+SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
+{
+    const springls__error_job *job = (const springls__error_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end; begin++)
+        job->out[begin] = springls__estimate_error(job->ctx, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+                                                   model->set.a[begin], model->set.error[begin],
+                                                   (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
+}
+
+/* Treats vertices as springls that are born there. */
+SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
+{
+    const springls__error_job *job = (const springls__error_job *)arg;
+    const springls_context *ctx = job->ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 x = springls__world_to_voxel(ctx, job->mesh->positions + v);
+        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
+        springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
+        if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        job->out[begin] = springls__estimate_error(ctx, x, n, a,
+                                                   springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
+    }
+}
+
+/* Runs a task with the springls in their cells; no step is in progress. */
+SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx, int count, springls_task task,
+                                                           springls__error_job *job)
+{
+    job->ctx = ctx;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    springls__parallel(ctx, count, 32, task, job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out)
+{
+    springls__error_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_errors: out is NULL");
+    job.mesh = NULL;
+    job.out = out;
+    return springls__run_error_estimates(ctx, ctx->model.set.count, springls__springl_errors_task, &job);
+}
+
+SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out)
+{
+    springls__error_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
+    if (mesh->version && mesh->version != ctx->springls_version + 1)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: springls have changed since the mesh was made");
+    job.mesh = mesh;
+    job.out = out;
+    return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
 }
 
 /* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
@@ -30932,7 +31046,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1073 \"springls.h\"\n",
+    "#line 1074 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -31046,7 +31160,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2220 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31144,7 +31258,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2315 \"springls.h\"\n",
+    "#line 2319 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31166,7 +31280,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2338 \"springls.h\"\n",
+    "#line 2342 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31181,7 +31295,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2354 \"springls.h\"\n",
+    "#line 2358 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31305,7 +31419,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2478 \"springls.h\"\n",
+    "#line 2482 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -31375,7 +31489,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2549 \"springls.h\"\n",
+    "#line 2553 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -31595,7 +31709,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2770 \"springls.h\"\n",
+    "#line 2774 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31610,7 +31724,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2785 \"springls.h\"\n",
+    "#line 2789 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31734,14 +31848,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2909 \"springls.h\"\n",
+    "#line 2913 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2917 \"springls.h\"\n",
+    "#line 2921 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -31840,7 +31954,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3017 \"springls.h\"\n",
+    "#line 3021 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -31895,7 +32009,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3073 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -31991,7 +32105,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3170 \"springls.h\"\n",
+    "#line 3174 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32003,7 +32117,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3182 \"springls.h\"\n",
+    "#line 3186 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32018,7 +32132,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3198 \"springls.h\"\n",
+    "#line 3202 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32062,7 +32176,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3242 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32077,7 +32191,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3257 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32121,7 +32235,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3301 \"springls.h\"\n",
+    "#line 3305 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32200,7 +32314,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3380 \"springls.h\"\n",
+    "#line 3384 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32215,7 +32329,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3396 \"springls.h\"\n",
+    "#line 3400 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32282,7 +32396,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3463 \"springls.h\"\n",
+    "#line 3467 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32297,7 +32411,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3478 \"springls.h\"\n",
+    "#line 3482 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32364,7 +32478,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3546 \"springls.h\"\n",
+    "#line 3550 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -32745,7 +32859,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3928 \"springls.h\"\n",
+    "#line 3932 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -33449,7 +33563,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4633 \"springls.h\"\n",
+    "#line 4637 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -33709,7 +33823,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4894 \"springls.h\"\n",
+    "#line 4898 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -33911,7 +34025,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5097 \"springls.h\"\n",
+    "#line 5101 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34028,7 +34142,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5215 \"springls.h\"\n",
+    "#line 5219 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34225,7 +34339,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5412 \"springls.h\"\n",
+    "#line 5416 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34240,7 +34354,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5428 \"springls.h\"\n",
+    "#line 5432 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34434,7 +34548,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5622 \"springls.h\"\n",
+    "#line 5626 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34449,7 +34563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5637 \"springls.h\"\n",
+    "#line 5641 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34643,7 +34757,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6465 \"springls.h\"\n",
+    "#line 6471 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -34669,7 +34783,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6492 \"springls.h\"\n",
+    "#line 6498 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -34758,7 +34872,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6582 \"springls.h\"\n",
+    "#line 6588 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34898,7 +35012,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6723 \"springls.h\"\n",
+    "#line 6729 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -35003,7 +35117,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6829 \"springls.h\"\n",
+    "#line 6835 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -35235,7 +35349,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7062 \"springls.h\"\n",
+    "#line 7068 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -35265,7 +35379,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7092 \"springls.h\"\n",
+    "#line 7098 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35280,7 +35394,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7108 \"springls.h\"\n",
+    "#line 7114 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35449,7 +35563,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7277 \"springls.h\"\n",
+    "#line 7283 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35464,7 +35578,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7292 \"springls.h\"\n",
+    "#line 7298 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35633,7 +35747,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7461 \"springls.h\"\n",
+    "#line 7467 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35687,7 +35801,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7516 \"springls.h\"\n",
+    "#line 7522 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35713,7 +35827,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7542 \"springls.h\"\n",
+    "#line 7548 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35728,7 +35842,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7558 \"springls.h\"\n",
+    "#line 7564 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35811,7 +35925,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7641 \"springls.h\"\n",
+    "#line 7647 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35826,7 +35940,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7656 \"springls.h\"\n",
+    "#line 7662 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35909,7 +36023,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7739 \"springls.h\"\n",
+    "#line 7745 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -35983,7 +36097,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7814 \"springls.h\"\n",
+    "#line 7820 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -36536,7 +36650,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8368 \"springls.h\"\n",
+    "#line 8374 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -36632,7 +36746,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8465 \"springls.h\"\n",
+    "#line 8471 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36753,7 +36867,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8587 \"springls.h\"\n",
+    "#line 8593 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37034,7 +37148,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8869 \"springls.h\"\n",
+    "#line 8875 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37120,7 +37234,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8956 \"springls.h\"\n",
+    "#line 8962 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -37262,7 +37376,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9099 \"springls.h\"\n",
+    "#line 9105 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -37451,7 +37565,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9289 \"springls.h\"\n",
+    "#line 9295 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -37576,7 +37690,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9415 \"springls.h\"\n",
+    "#line 9421 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -37610,7 +37724,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9450 \"springls.h\"\n",
+    "#line 9456 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -38148,7 +38262,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9989 \"springls.h\"\n",
+    "#line 9995 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -38298,7 +38412,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10140 \"springls.h\"\n",
+    "#line 10146 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -38402,7 +38516,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10245 \"springls.h\"\n",
+    "#line 10251 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -38499,7 +38613,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10343 \"springls.h\"\n",
+    "#line 10349 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -39037,7 +39151,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10882 \"springls.h\"\n",
+    "#line 10888 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39115,7 +39229,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10961 \"springls.h\"\n",
+    "#line 10967 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -39364,7 +39478,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11211 \"springls.h\"\n",
+    "#line 11217 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -39397,7 +39511,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11245 \"springls.h\"\n",
+    "#line 11251 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -39422,14 +39536,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11271 \"springls.h\"\n",
+    "#line 11277 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11278 \"springls.h\"\n",
+    "#line 11284 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39444,7 +39558,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11294 \"springls.h\"\n",
+    "#line 11300 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39570,7 +39684,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11420 \"springls.h\"\n",
+    "#line 11426 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39585,7 +39699,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11435 \"springls.h\"\n",
+    "#line 11441 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39711,7 +39825,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11562 \"springls.h\"\n",
+    "#line 11568 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -40003,7 +40117,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11855 \"springls.h\"\n",
+    "#line 11861 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -40112,7 +40226,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25452 \"springls.h\"\n",
+    "#line 24211 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -41133,7 +41247,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26474 \"springls.h\"\n",
+    "#line 25233 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -41719,7 +41833,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 27061 \"springls.h\"\n",
+    "#line 25820 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -42315,7 +42429,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 42319 \"springls.h\"\n",
+    "#line 42433 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

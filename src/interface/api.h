@@ -775,12 +775,15 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
+/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what springls
+   hold (params.contouring). */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: its mesh (params.contouring), which is not made. Nothing is built    
+    SPRINGLS_SURFACE_WATERTIGHT, /* what springls hold (params.contouring): its mesh, with a hierarchy, is made at the first query
+                                    after the model has changed; while a step is in progress it is the zero level. Or the zero
+                                    level, closed: its mesh, which is not made. Nothing is built
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
@@ -795,7 +798,7 @@ typedef struct springls_hit {
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
-                                    it; SOUP: of the springl                                                        */
+                                    it, or between those of the mesh of springls; SOUP: of the springl              */
     float barycentric[3];        /* in the springl: its place closest to `point`                                    */
     float distance;              /* world units, never negative: from the query point, or along the ray             */
     float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in

@@ -325,7 +325,7 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and springls_measure show what the springls hold. Their planes are intersected
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and its companions below show what the springls hold. Their planes are intersected
    with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it, and phi decides where they
    say nothing. An edge of the grid may be crossed several times, so that a sheet may be thinner than a voxel. In faces and cells of the grid
    the surface gets corners where springls differ by more than 37 degrees. The mesh is
@@ -338,10 +338,10 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model. It takes two to five times as long as that of the zero level, and meanwhile, and until
-   springls_destroy, some 15 KB for each brick that is active or beside one. Chunks, rays, closest points, distances,
-   springls_sample_inside, components, events and volume_lock are those of phi with either value: where a sheet is thinner than phi can
-   hold they miss it.
+   OpenCL device from a copy of the model, and kept until the model changes. It takes one to two times as long as that of the zero level, and
+   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
+   where a sheet is thinner than phi can hold they miss it.
 
 
    MOTION FROM OUTSIDE

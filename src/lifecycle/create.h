@@ -19,6 +19,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__surface_free(ctx, &ctx->contour_surface);
     springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->id_memory);
     springls__buffer_free(ctx, &ctx->component_memory);

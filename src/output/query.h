@@ -14,6 +14,7 @@
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
 #include "../solver/follow.h"
+#include "contour_query.h"
 #include "zero_level.h"
 
 /* Fails when an array is missing or a point is not finite. */
@@ -135,6 +136,17 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
+    if (ctx && springls__shows_springls(ctx)) {
+        springls__contour_inside q;
+        SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        q.ctx = ctx;
+        q.points = points;
+        q.out = out;
+        springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
+        return SPRINGLS_OK;
+    }
     return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
 
@@ -306,6 +318,8 @@ typedef struct springls__hit_query {
     const float *points, *directions;
     float max_distance; /* world units */
     bool cells;         /* the cell list is fresh */
+    bool contour;       /* the mesh of what springls hold is searched */
+    const springls__surface *surface; /* that is searched, where it has a hierarchy */
     springls_hit *out;
 } springls__hit_query;
 
@@ -421,45 +435,6 @@ SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls
     springls__hit_material(ctx, &material, out);
 }
 
-/* Finds closest points; each search begins at the triangle of the last one. */
-SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    int i, guess = -1;
-    for (i = begin; i < end; i++) {
-        float point[3];
-        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
-        springls__v3 x = springls__world_to_model(q->ctx, point);
-        springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
-        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
-        guess = h.triangle;
-        springls__soup_hit(q->ctx, &h, distance, &q->out[i]);
-    }
-}
-
-SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
-{
-    const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float spacing = q->ctx->smallest_spacing;
-    int i;
-    for (i = begin; i < end; i++) {
-        const float *origin = q->points + 3 * (size_t)i;
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
-        springls__surface_hit h;
-        float largest = springls__max_coordinate(d);
-        double from[3], left_out, left_to_go;
-        springls__hit_none(&q->out[i]);
-        if (!(largest > 0.0f)) continue;
-        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
-        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
-        if (left_to_go < 0.0) continue;
-        x = springls__place_to_model(q->ctx, from);
-        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
-        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(h.t * spacing), left_out), &q->out[i]);
-    }
-}
-
 /* ---- on the zero level ---- */
 
 /* Returns the springl nearest to a place on the zero level: one that faces its side, if there is any within a voxel. */
@@ -494,7 +469,7 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     if (q->cells) springl = springls__springl_at(ctx, h);
     else springl = springls__surface_closest(&ctx->springl_surface, springls__voxel_to_model(ctx, h->place), FLT_MAX).triangle;
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
-    springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
+    springls__hit_begin(ctx, springl, h->place, q->contour ? h->n : springls__level_normal(ctx, h), nearest.bary, distance, out);
     material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
                         : springls__material_at(ctx, springl, h->place, false);
     *guess = material.triangle;
@@ -549,6 +524,59 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
     }
 }
 
+/* ---- on triangles with a hierarchy: the springls, or the mesh of what they hold ---- */
+
+SPRINGLS__FN void springls__triangle_hit(const springls__hit_query *q, const springls__surface_hit *h, float distance, int *guess,
+                                         springls_hit *out)
+{
+    springls__level_hit on_mesh;
+    if (!q->contour) {
+        springls__soup_hit(q->ctx, h, distance, out);
+        return;
+    }
+    on_mesh = springls__contour_hit(q->ctx, h);
+    springls__level_hit_out(q, &on_mesh, distance, guess, out);
+}
+
+/* Finds closest points; each search begins at the triangle of the last one. */
+SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1, original_guess = -1;
+    for (i = begin; i < end; i++) {
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__v3 x = springls__world_to_model(q->ctx, point);
+        springls__surface_hit h = springls__surface_closest_from(q->surface, x, FLT_MAX, guess);
+        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
+        guess = h.triangle;
+        springls__triangle_hit(q, &h, distance, &original_guess, &q->out[i]);
+    }
+}
+
+SPRINGLS__FN void springls__raycast_triangle_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    const float spacing = q->ctx->smallest_spacing;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        const float *origin = q->points + 3 * (size_t)i;
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
+        springls__surface_hit h;
+        float largest = springls__max_coordinate(d);
+        double from[3], left_out, left_to_go;
+        springls__hit_none(&q->out[i]);
+        if (!(largest > 0.0f)) continue;
+        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
+        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
+        if (left_to_go < 0.0) continue;
+        x = springls__place_to_model(q->ctx, from);
+        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(q->surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
+        springls__triangle_hit(q, &h, springls__whole_distance((double)(h.t * spacing), left_out), &guess, &q->out[i]);
+    }
+}
+
 /* ---- the calls ---- */
 
 /* Brings what queries of the zero level read to the host. Springls are found in the cell list; in the hierarchy where to
@@ -573,7 +601,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
 
 /* Runs a query of either surface. */
 SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, springls_context *ctx, springls_surface surface,
-                                                     int count, springls_task on_level, springls_task on_soup)
+                                                     int count, springls_task on_level, springls_task on_triangles)
 {
     int i;
     q->ctx = ctx;
@@ -583,11 +611,14 @@ SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, spr
     }
     if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
         SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
+        q->contour = springls__shows_springls(ctx);
+        if (q->contour) SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
     } else {
         SPRINGLS__TRY(springls__use_host(ctx, false));
         SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
     }
-    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT ? on_level : on_soup, q);
+    q->surface = q->contour ? &ctx->contour_surface : &ctx->springl_surface;
+    springls__parallel(ctx, count, 64, surface == SPRINGLS_SURFACE_WATERTIGHT && !q->contour ? on_level : on_triangles, q);
     return SPRINGLS_OK;
 }
 
@@ -607,7 +638,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
     memset(&q, 0, sizeof q);
     q.points = points;
     q.out = out;
-    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_soup_task);
+    return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_triangle_task);
 }
 
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
@@ -624,7 +655,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     q.directions = directions;
     q.max_distance = max_distance > 0.0f ? max_distance : FLT_MAX;
     q.out = out;
-    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_soup_task);
+    return springls__hit_query_run(&q, ctx, surface, count, springls__raycast_level_task, springls__raycast_triangle_task);
 }
 
 #endif

@@ -469,7 +469,8 @@ SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface
     return v;
 }
 
-SPRINGLS__FN void springls__use_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+/* Finds the arrays of the mesh that is kept. */
+SPRINGLS__FN void springls__use_surface_mesh(const springls_context *ctx, springls__raw_mesh *mesh)
 {
     mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
     mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
@@ -557,19 +558,25 @@ SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* Returns the mesh of what springls hold, on the host. It is made where the model has changed since it was made last. The cell list must be
-   fresh. */
+/* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
+{
+    springls__raw_mesh made;
+    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
+    ctx->surface_version = 0;
+    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
+    ctx->surface_vertices = made.vertex_count;
+    ctx->surface_triangles = made.triangle_count;
+    ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+/* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
 {
     springls__raw_mesh kept;
     size_t vertices, corners;
-    if (ctx->surface_version != ctx->model_version) {
-        ctx->surface_version = 0;
-        SPRINGLS__TRY(springls__make_surface_mesh(ctx, &kept));
-        ctx->surface_vertices = kept.vertex_count;
-        ctx->surface_triangles = kept.triangle_count;
-        ctx->surface_version = ctx->model_version;
-    }
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
     memset(mesh, 0, sizeof *mesh);
     vertices = (size_t)ctx->surface_vertices;
     corners = 3 * (size_t)ctx->surface_triangles;

@@ -308,6 +308,8 @@ struct springls_context {
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
     int surface_vertices, surface_triangles;
+    springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
+    uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */

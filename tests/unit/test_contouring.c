@@ -1,5 +1,5 @@
 /* test_contouring.c - the mesh of what springls hold (params.contouring): closed and oriented, each vertex one fan; sharp edges and
-   plates below a voxel; the border of the grid; the same bits for any threads; memory that runs out. */
+   plates below a voxel, queries of them; the border of the grid; the same bits for any threads; memory that runs out. */
 #include "fixtures.h"
 #include "../examples/common/springls/exact_flows.h"
 
@@ -166,22 +166,32 @@ static void whirl(void *user, const float *points, int count, float time, float 
     }
 }
 
+/* Makes a plate of 22.6 x 18.8 voxels and this thickness: below a voxel by eight steps from one of 1.5 voxels. */
+static springls_status make_plate(springls_context *ctx, double thickness)
+{
+    float rate = (float)(log(1.5 / thickness) / 8.0);
+    springls_forces forces = fixture_forces(squeeze, &rate);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_status status = set_turned_box(ctx, 11.3, 9.4, thickness < 1.0 ? 0.75 : 0.5 * thickness, 0.0);
+    int i;
+    step.one_to_one = true; /* ordinary steps lose springls of thin ones */
+    for (i = 0; i < 8 && thickness < 1.0 && status == SPRINGLS_OK; i++) status = springls_step(ctx, &step);
+    return status;
+}
+
 /* Plates, which steps make thin and turn: one body, whole, down to a tenth of a voxel. */
 TEST a_plate_stays_whole(double thickness)
 {
     const double area = 22.6 * 18.8;
     d3 axis = d3_scale(d3_make(0.48, 0.6, 0.64), fixture_pi / 180.0);
-    float rate = (float)(log(1.5 / thickness) / 8.0);
     springls_params params = contoured();
     springls_context *ctx = fixture_context(64, &params);
-    springls_forces forces = fixture_forces(squeeze, &rate);
+    springls_forces forces = fixture_forces(whirl, &axis);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     found f;
     int i;
     step.one_to_one = thickness < 1.0; /* ordinary steps lose springls of thinner ones */
-    ASSERT_OK(set_turned_box(ctx, 11.3, 9.4, thickness < 1.0 ? 0.75 : 0.5 * thickness, 0.0));
-    for (i = 0; i < 8 && thickness < 1.0; i++) ASSERT_OK(springls_step(ctx, &step));
-    forces = fixture_forces(whirl, &axis);
+    ASSERT_OK(make_plate(ctx, thickness));
     for (i = 0; i < 20; i++) ASSERT_OK(springls_step(ctx, &step));
     CHECK_CALL(extract(ctx, &f));
     ASSERT_EQ(1, f.report.components);
@@ -256,6 +266,50 @@ TEST sides_of_a_sheet_keep_their_correspondences(void)
     }
     ASSERT_GT(judged, 600);
     springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Rays, closest points and insides are those of the mesh: a plate of a quarter of a voxel, which phi does not hold. */
+TEST queries_follow_the_mesh(void)
+{
+    enum { POINTS = 400 };
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(64, &params);
+    float points[2 * 3 * POINTS], directions[3 * POINTS];
+    springls_hit ray[POINTS], closest[POINTS];
+    uint8_t inside[2 * POINTS];
+    const double z = turn_center.z;
+    int i;
+    ASSERT_OK(make_plate(ctx, 0.25));
+    fixture_seed(7u);
+    for (i = 0; i < POINTS; i++) {
+        float *above = points + 3 * i, *middle = points + 3 * (POINTS + i);
+        above[0] = middle[0] = (float)turn_center.x + fixture_between(-9.0f, 9.0f); /* off the rims, which are round */
+        above[1] = middle[1] = (float)turn_center.y + fixture_between(-7.0f, 7.0f);
+        above[2] = (float)z + 2.0f;
+        middle[2] = (float)z;
+        directions[3 * i] = directions[3 * i + 1] = 0.0f;
+        directions[3 * i + 2] = -1.0f;
+    }
+    ASSERT_OK(springls_sample_inside(ctx, points, 2 * POINTS, inside));
+    ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, directions, POINTS, 0.0f, ray));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, POINTS, closest));
+    for (i = 0; i < POINTS; i++) {
+        ASSERT_EQ(0, inside[i]);
+        ASSERT_EQ(1, inside[POINTS + i]);
+        ASSERT(ray[i].springl >= 0 && closest[i].springl >= 0);
+        ASSERT_IN_RANGE(z + 0.125, (double)ray[i].point[2], 0.01);
+        ASSERT_IN_RANGE(1.875, (double)ray[i].distance, 0.01);
+        ASSERT_IN_RANGE((double)ray[i].distance, (double)closest[i].distance, 0.01);
+        ASSERT(closest[i].distance <= ray[i].distance + 1e-5f);
+        ASSERT_GT((double)ray[i].normal[2], 0.999);
+        ASSERT_IN_RANGE(z + 0.75, (double)ray[i].material[2], 0.01);
+    }
+    for (i = 0; i < POINTS; i++) points[3 * i + 2] -= 4.0f; /* from below, upwards */
+    for (i = 0; i < POINTS; i++) directions[3 * i + 2] = 1.0f;
+    ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, directions, POINTS, 0.0f, ray));
+    for (i = 0; i < POINTS; i++) ASSERT_IN_RANGE(z - 0.125, (double)ray[i].point[2], 0.01);
     springls_destroy(ctx);
     PASS();
 }
@@ -368,12 +422,16 @@ TEST memory_may_run_out(void)
     int fail = 0;
     do {
         springls_context *ctx;
+        const float point[3] = { 7.0f, 7.5f, 12.5f };
         springls_mesh mesh;
+        springls_hit hit;
+        memset(&mesh, 0, sizeof mesh);
         desc.allocator = fixture_allocator(&heap);
         ASSERT_OK(springls_create(&desc, &ctx));
         ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
         heap.fail_at = heap.calls + fail++;
-        status = springls_extract_mesh(ctx, &mesh);
+        status = springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, point, 1, &hit);
+        if (status == SPRINGLS_OK) status = springls_extract_mesh(ctx, &mesh);
         ASSERT(status == SPRINGLS_OK || (status == SPRINGLS_OUT_OF_MEMORY && !mesh.positions));
         springls_mesh_free(ctx, &mesh);
         heap.fail_at = -1;
@@ -396,6 +454,7 @@ SUITE(contouring)
     RUN_TEST(a_sheet_is_whole);
     RUN_TEST(the_border_is_closed);
     RUN_TEST(sides_of_a_sheet_keep_their_correspondences);
+    RUN_TEST(queries_follow_the_mesh);
     for (i = 0; i < 20; i++) RUN_TESTp(noise_is_closed, i);
     for (i = 0; i < 20; i++) RUN_TESTp(soup_is_closed, i);
     RUN_TEST(nothing_has_no_mesh);

@@ -1,0 +1,78 @@
+/* contour_query.h - finds closest points, rays' hits and insides on the mesh of what springls hold (params.contouring), by a hierarchy over
+   its triangles in model coordinates (springl_surface.h). */
+#ifndef SPRINGLS__OUTPUT_CONTOUR_QUERY_H
+#define SPRINGLS__OUTPUT_CONTOUR_QUERY_H
+
+#include "../model/bvh.h"
+#include "../model/ray.h"
+#include "../model/transform.h"
+#include "surface_table.h"
+#include "zero_level.h"
+
+/* Returns whether the watertight surface is what springls hold. While a step is in progress, whose working memory the mesh would take, it
+   is the zero level. */
+SPRINGLS__FN bool springls__shows_springls(const springls_context *ctx)
+{
+    return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS && !ctx->step.active;
+}
+
+/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
+SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+{
+    springls__raw_mesh mesh;
+    int k;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    if (ctx->contour_surface_version == ctx->surface_version) return SPRINGLS_OK;
+    ctx->contour_surface_version = 0;
+    ctx->contour_surface.count = 0;
+    if (ctx->surface_triangles > 0) {
+        springls__use_surface_mesh(ctx, &mesh);
+        SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
+        for (k = 0; k < 3 * ctx->surface_triangles; k++)
+            ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
+        SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles));
+    }
+    ctx->contour_surface_version = ctx->surface_version;
+    return SPRINGLS_OK;
+}
+
+/* Converts a hit on the mesh to voxels; n: between the normals of its vertices. */
+SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *ctx, const springls__surface_hit *h)
+{
+    springls__raw_mesh mesh;
+    springls__level_hit found;
+    int k;
+    found.found = h->triangle >= 0;
+    found.place = found.n = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__use_surface_mesh(ctx, &mesh);
+    for (k = 0; found.found && k < 3; k++) {
+        const int v = mesh.triangles[3 * (size_t)h->triangle + (size_t)k];
+        found.place = springls__mad(found.place, mesh.positions[v], h->hit.bary[k]);
+        found.n = springls__mad(found.n, mesh.normals[v], h->hit.bary[k]);
+    }
+    return found;
+}
+
+/* Returns whether the mesh bounds a place, model coordinates: a ray from there meets it first from behind. */
+SPRINGLS__FN bool springls__is_within_contour(const springls_context *ctx, springls__v3 x)
+{
+    const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
+    const springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
+    float facing;
+    if (h.triangle < 0) return false;
+    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
+    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+}
+
+typedef struct springls__contour_inside { const springls_context *ctx; const float *points; uint8_t *out; } springls__contour_inside;
+
+SPRINGLS__FN void springls__contour_inside_task(void *arg, int begin, int end)
+{
+    const springls__contour_inside *q = (const springls__contour_inside *)arg;
+    for (; begin < end; begin++)
+        q->out[begin] = springls__is_within_contour(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin));
+}
+
+#endif
