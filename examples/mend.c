@@ -10,6 +10,7 @@
 #include "springls_cl.h"
 #include "surface/mesh_check.h"
 #include "surface/mesh_local.h"
+#include "surface/mesh_simplify.h"
 #include "surface/outer_skin.h"
 
 #include <math.h>
@@ -22,7 +23,8 @@ enum { PICTURE = 480, EXIT_LOSS = 3 };
 struct mend {
     struct cli_common common;
     const char *input, *out, *picture, *set, *cavities;
-    double opening, specks;
+    double opening, specks, tolerance; /* voxels */
+    int triangles;
     bool strict;
     struct mesh mesh; /* as read, less the origin */
     double origin[3];
@@ -112,6 +114,36 @@ static bool carry_colors(struct mend *m, const int *triangles)
     return fine;
 }
 
+/* Moves the three numbers of each vertex that is left to its new place. Returns false if memory is short. */
+static bool gather(float *values, const int *kept, int count)
+{
+    float *moved = malloc(((size_t)count + 1) * 3 * sizeof *moved);
+    for (int v = 0; moved && values && v < count; ++v) {
+        memcpy(moved + 3 * (size_t)v, values + 3 * (size_t)kept[v], 3 * sizeof *moved);
+    }
+    if (moved && values) {
+        memcpy(values, moved, (size_t)count * 3 * sizeof *moved);
+    }
+    free(moved);
+    return moved != NULL;
+}
+
+/* Leaves as many triangles as asked for, with the normals and colors of the vertices left. */
+static bool thin_out(struct mend *m)
+{
+    springls_mesh *mesh = &m->result;
+    if (m->triangles == 0 && m->tolerance == 0.0) {
+        return true;
+    }
+    int *kept = malloc(((size_t)mesh->vertex_count + 1) * sizeof *kept);
+    const bool fine = kept
+                      && mesh_simplify(mesh->positions, &mesh->vertex_count, mesh->triangles, &mesh->triangle_count, m->triangles,
+                                       m->tolerance * m->spacing, kept)
+                      && gather(mesh->normals, kept, mesh->vertex_count) && gather(m->colors, kept, mesh->vertex_count);
+    free(kept);
+    return fine;
+}
+
 /* Prints why a call failed. */
 static bool report_failure(const struct mend *m)
 {
@@ -121,10 +153,8 @@ static bool report_failure(const struct mend *m)
 
 static bool measure_result(struct mend *m)
 {
-    struct mesh_check check;
     m->components = mesh_components(m->result.vertex_count, m->result.triangles, m->result.triangle_count);
     m->volume = mesh_volume(m->result.positions, m->result.triangles, m->result.triangle_count);
-    memset(&check, 0, sizeof check);
     springls_measures measures;
     if (springls_measure(m->ctx, &measures) != SPRINGLS_OK || m->components < 0) {
         return false;
@@ -149,7 +179,7 @@ static bool make_solid(struct mend *m, springls_backend *backend)
                                     (float)m->spacing, &m->followed)
                           == SPRINGLS_OK
                       && springls_remesh(m->ctx) == SPRINGLS_OK && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
-                      && carry_colors(m, triangles) && measure_result(m);
+                      && carry_colors(m, triangles) && thin_out(m) && measure_result(m);
     free(triangles);
     if (!fine) {
         return report_failure(m);
@@ -385,6 +415,8 @@ int main(int argc, char **argv)
          0.25, 64.0, NULL},
         {"cavities", CLI_CHOICE, &m.cavities, NULL, "hollows that are shut", 0.0, 0.0, "fill|keep"},
         {"specks", CLI_DOUBLE, &m.specks, "VOXELS", "closed parts of a smaller volume are left out, voxels^3", 0.0, 1e6, NULL},
+        {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},
+        {"tolerance", CLI_DOUBLE, &m.tolerance, "VOXELS", "fewer triangles, as long as the surface moves by no more", 0.001, 64.0, NULL},
         {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},

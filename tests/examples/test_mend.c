@@ -199,6 +199,35 @@ TEST colors_come_along(void)
     PASS();
 }
 
+/* Fewer triangles, by number and by tolerance: closed, without crossings, of one part and one hole, the volume to 1.8 %. */
+TEST triangles_are_as_many_as_asked_for(void)
+{
+    const double volume = 2.0 * PI * PI * 0.45 * 0.45;
+    struct damaged m;
+    char path[512];
+    make_ring(&ring);
+    snprintf(path, sizeof path, "%s", scratch("ring.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u) && write_damaged(path, &m, m.positions));
+    damage_end(&m);
+    for (int i = 0; i < 2; ++i) {
+        struct facts facts;
+        const char *const more[] = {"--grid", "64", "--out", scratch("thin.ply"), i ? "--tolerance" : "--triangles", i ? "0.1" : "2000", NULL};
+        ASSERT_EQ(0, run_mend(path, more));
+        ASSERT(read_facts(more[3], &facts));
+        ASSERT(facts.mesh.triangle_count < 9000 && (i || facts.mesh.triangle_count <= 2000));
+        for (size_t v = 0; v < facts.mesh.vertex_count; ++v) { /* colors, which are places above 0, belong to their vertices */
+            ASSERT_IN_RANGE((double)fmaxf(0.0f, fminf(1.0f, facts.mesh.positions[3 * v])), (double)facts.mesh.colors[3 * v], 0.03);
+        }
+        mesh_free(&facts.mesh);
+        ASSERT_EQ(0, facts.check.open_edges);
+        ASSERT_EQ(0, facts.check.intersections);
+        ASSERT_EQ(1, facts.check.components);
+        ASSERT_EQ(0, facts.check.euler);
+        ASSERT_IN_RANGE(volume, facts.volume, 0.018 * volume);
+    }
+    PASS();
+}
+
 /* A sheet beside the ring bounds nothing: a warning, and exit status 3 with --strict. */
 TEST what_is_lost_is_named(void)
 {
@@ -268,6 +297,8 @@ TEST bad_arguments_are_refused_in_one_line(void)
                  {2, "--cavities", {"--cavities", "some", NULL}},
                  {2, "--out", {"--out", "solid.txt", NULL}},
                  {2, "--grid", {"--grid", "7", NULL}},
+                 {2, "--triangles", {"--triangles", "3", NULL}},
+                 {2, "--tolerance", {"--tolerance", "0", NULL}},
                  {1, "nowhere.ply", {NULL}}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         ASSERT_EQm(cases[i].word, cases[i].status, run_mend("/nowhere.ply", cases[i].more));
@@ -285,6 +316,7 @@ int main(int argc, char **argv)
     RUN_TEST(damage_is_mended);
     RUN_TEST(hollows_go_or_stay);
     RUN_TEST(colors_come_along);
+    RUN_TEST(triangles_are_as_many_as_asked_for);
     RUN_TEST(what_is_lost_is_named);
     RUN_TEST(distant_meshes_keep_their_digits);
     RUN_TEST(bad_arguments_are_refused_in_one_line);
