@@ -332,8 +332,8 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model, and kept until the model changes. It takes one to two times as long as that of the zero level, and
-   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
+   springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
    where a sheet is thinner than phi can hold they miss it.
 
@@ -1809,8 +1809,8 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what springls
-   hold (params.contouring). */
+/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what
+   springls hold (params.contouring). */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* Names the surface that closest points and rays are found on. */
@@ -26848,7 +26848,8 @@ SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *
 
 /* ---- the mesh ---- */
 
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else NULL. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else
+   NULL. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions, *normals;
     int *springls, *triangles, vertex_count, triangle_count;
@@ -42429,7 +42430,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 42433 \"springls.h\"\n",
+    "#line 42434 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -338,8 +338,8 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model, and kept until the model changes. It takes one to two times as long as that of the zero level, and
-   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
+   springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
    where a sheet is thinner than phi can hold they miss it.
 

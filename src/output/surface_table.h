@@ -444,7 +444,8 @@ SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *
 
 /* ---- the mesh ---- */
 
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else NULL. */
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else
+   NULL. */
 typedef struct springls__raw_mesh {
     springls__v3 *positions, *normals;
     int *springls, *triangles, vertex_count, triangle_count;

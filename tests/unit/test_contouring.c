@@ -411,6 +411,28 @@ TEST the_kept_mesh_is_of_the_model(void)
     PASS();
 }
 
+/* A job system that cuts loops in odd ways, in threads where there are any, gives the same mesh. */
+TEST threads_give_the_same_mesh(void)
+{
+    springls_params params = contoured();
+    springls_desc desc = fixture_desc(64, &params);
+    springls_context *one = fixture_context(64, &params), *many;
+    fixture_workers workers;
+    springls_mesh a, b;
+    desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
+    ASSERT_OK(springls_create(&desc, &many));
+    ASSERT_OK(set_turned_box(one, 9.0, 7.0, 5.0, 20.0));
+    ASSERT_OK(set_turned_box(many, 9.0, 7.0, 5.0, 20.0));
+    ASSERT_OK(springls_extract_mesh(one, &a));
+    ASSERT_OK(springls_extract_mesh(many, &b));
+    ASSERT(same_mesh(&a, &b));
+    springls_mesh_free(one, &a);
+    springls_mesh_free(many, &b);
+    springls_destroy(one);
+    springls_destroy(many);
+    PASS();
+}
+
 /* Memory that runs out at any allocation fails the call, and nothing else. */
 TEST memory_may_run_out(void)
 {
@@ -459,6 +481,7 @@ SUITE(contouring)
     for (i = 0; i < 20; i++) RUN_TESTp(soup_is_closed, i);
     RUN_TEST(nothing_has_no_mesh);
     RUN_TEST(the_kept_mesh_is_of_the_model);
+    RUN_TEST(threads_give_the_same_mesh);
     RUN_TEST(memory_may_run_out);
 }
 
