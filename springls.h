@@ -6516,16 +6516,15 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3
 }
 
 /* Adds a neighbor at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+SPRINGLS__MATHS void springls__angular_gaps_add(springls__angular_gaps *gaps, springls__v3 d)
 {
-    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    float u = springls__dot(d, gaps->e1), v = springls__dot(d, gaps->e2), angle;
     int i;
-    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    if (u * u + v * v < 1e-6f || gaps->count == SPRINGLS__ANGULAR_GAPS_SIZE) return;
     angle = springls__atan2(v, u);
-    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
-    gaps.angle[i] = angle;
-    gaps.count++;
-    return gaps;
+    for (i = gaps->count; i > 0 && gaps->angle[i - 1] > angle; i--) gaps->angle[i] = gaps->angle[i - 1];
+    gaps->angle[i] = angle;
+    gaps->count++;
 }
 
 /* Returns which of 32 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
@@ -6551,7 +6550,7 @@ SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
 /* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(const springls__angular_gaps *gaps)
 {
     const float turn = 6.28318531f;
     springls__widest_gap widest;
@@ -6559,29 +6558,29 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
     int i;
     widest.angle = turn;
     widest.second = 0.0f;
-    widest.middle = gaps.e1;
-    if (gaps.count == 0) return widest;
-    from = gaps.angle[gaps.count - 1];
-    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < gaps.count; i++) {
-        float angle = gaps.angle[i] - gaps.angle[i - 1];
+    widest.middle = gaps->e1;
+    if (gaps->count == 0) return widest;
+    from = gaps->angle[gaps->count - 1];
+    widest.angle = gaps->angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps->count; i++) {
+        float angle = gaps->angle[i] - gaps->angle[i - 1];
         widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
         if (angle <= widest.angle) continue;
         widest.angle = angle;
-        from = gaps.angle[i - 1];
+        from = gaps->angle[i - 1];
     }
     middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
-    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                  springls__scale(gaps.e2, springls__sinpi(middle)));
+    widest.middle = springls__add(springls__scale(gaps->e1, springls__cospi(middle)),
+                                  springls__scale(gaps->e2, springls__sinpi(middle)));
     return widest;
 }
 
 /* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
    two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)
+SPRINGLS__MATHS bool springls__spans_sheet(const springls__angular_gaps *gaps)
 {
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
+    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 /* ======== >>neighborhood:kernel  (kernels_embed/model/neighborhood.h) ========================================== */
@@ -6678,8 +6677,8 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     int other;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__lies_beside(model, of, other, x, n, r, high))
-            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
-    return springls__angular_gaps_widest(gaps);
+            springls__angular_gaps_add(&gaps, springls__sub(model->set.s[other].p, x));
+    return springls__angular_gaps_widest(&gaps);
 }
 
 /* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
@@ -6694,9 +6693,9 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
         if (springls__is_overlapped(model, other)) continue;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) springls__angular_gaps_add(&gaps, d);
     }
-    return springls__spans_sheet(gaps);
+    return springls__spans_sheet(&gaps);
 }
 
 /* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
@@ -8961,7 +8960,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
 /* ======== >>fill_from_springls:kernel  (kernels_embed/stages/fill_from_springls.h) ============================= */
 /* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */
 
-/* A springl to add. */
+/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
 
 /* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
@@ -9033,7 +9032,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
-    seed.a = springls__project_on_original(model, fit.a);
+    seed.a = fit.a;
     seed.ok = 1;
     return seed;
 }
@@ -9093,6 +9092,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     int n = model->set.count + (int)at;
     springls__tri t;
     if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
+    seed.a = springls__project_on_original(model, seed.a);
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];
@@ -34806,16 +34806,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds a neighbor at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)\n",
+    "SPRINGLS__MATHS void springls__angular_gaps_add(springls__angular_gaps *gaps, springls__v3 d)\n",
     "{\n",
-    "    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;\n",
+    "    float u = springls__dot(d, gaps->e1), v = springls__dot(d, gaps->e2), angle;\n",
     "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;\n",
+    "    if (u * u + v * v < 1e-6f || gaps->count == SPRINGLS__ANGULAR_GAPS_SIZE) return;\n",
     "    angle = springls__atan2(v, u);\n",
-    "    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];\n",
-    "    gaps.angle[i] = angle;\n",
-    "    gaps.count++;\n",
-    "    return gaps;\n",
+    "    for (i = gaps->count; i > 0 && gaps->angle[i - 1] > angle; i--) gaps->angle[i] = gaps->angle[i - 1];\n",
+    "    gaps->angle[i] = angle;\n",
+    "    gaps->count++;\n",
     "}\n",
     "\n",
     "/* Returns which of 32 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */\n",
@@ -34841,7 +34840,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The two widest gaps (radians), and the direction that halves the widest. */\n",
     "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
     "\n",
-    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(const springls__angular_gaps *gaps)\n",
     "{\n",
     "    const float turn = 6.28318531f;\n",
     "    springls__widest_gap widest;\n",
@@ -34849,31 +34848,31 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    widest.angle = turn;\n",
     "    widest.second = 0.0f;\n",
-    "    widest.middle = gaps.e1;\n",
-    "    if (gaps.count == 0) return widest;\n",
-    "    from = gaps.angle[gaps.count - 1];\n",
-    "    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < gaps.count; i++) {\n",
-    "        float angle = gaps.angle[i] - gaps.angle[i - 1];\n",
+    "    widest.middle = gaps->e1;\n",
+    "    if (gaps->count == 0) return widest;\n",
+    "    from = gaps->angle[gaps->count - 1];\n",
+    "    widest.angle = gaps->angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < gaps->count; i++) {\n",
+    "        float angle = gaps->angle[i] - gaps->angle[i - 1];\n",
     "        widest.second = springls__max(widest.second, springls__min(angle, widest.angle));\n",
     "        if (angle <= widest.angle) continue;\n",
     "        widest.angle = angle;\n",
-    "        from = gaps.angle[i - 1];\n",
+    "        from = gaps->angle[i - 1];\n",
     "    }\n",
     "    middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;\n",
-    "    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),\n",
-    "                                  springls__scale(gaps.e2, springls__sinpi(middle)));\n",
+    "    widest.middle = springls__add(springls__scale(gaps->e1, springls__cospi(middle)),\n",
+    "                                  springls__scale(gaps->e2, springls__sinpi(middle)));\n",
     "    return widest;\n",
     "}\n",
     "\n",
     "/* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
     "   two wide gaps; its end and a drop leave nearly all open. */\n",
-    "SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)\n",
+    "SPRINGLS__MATHS bool springls__spans_sheet(const springls__angular_gaps *gaps)\n",
     "{\n",
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
-    "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
+    "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6588 \"springls.h\"\n",
+    "#line 6587 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34967,8 +34966,8 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(model, &walk)) >= 0)\n",
     "        if (springls__lies_beside(model, of, other, x, n, r, high))\n",
-    "            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));\n",
-    "    return springls__angular_gaps_widest(gaps);\n",
+    "            springls__angular_gaps_add(&gaps, springls__sub(model->set.s[other].p, x));\n",
+    "    return springls__angular_gaps_widest(&gaps);\n",
     "}\n",
     "\n",
     "/* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than\n",
@@ -34983,9 +34982,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
     "        if (springls__is_overlapped(model, other)) continue;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) springls__angular_gaps_add(&gaps, d);\n",
     "    }\n",
-    "    return springls__spans_sheet(gaps);\n",
+    "    return springls__spans_sheet(&gaps);\n",
     "}\n",
     "\n",
     "/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an\n",
@@ -35013,7 +35012,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6729 \"springls.h\"\n",
+    "#line 6728 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -35118,7 +35117,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6835 \"springls.h\"\n",
+    "#line 6834 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -35350,7 +35349,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7068 \"springls.h\"\n",
+    "#line 7067 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -35380,7 +35379,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7098 \"springls.h\"\n",
+    "#line 7097 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35395,7 +35394,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7114 \"springls.h\"\n",
+    "#line 7113 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35564,7 +35563,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7283 \"springls.h\"\n",
+    "#line 7282 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35579,7 +35578,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7298 \"springls.h\"\n",
+    "#line 7297 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35748,7 +35747,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7467 \"springls.h\"\n",
+    "#line 7466 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35802,7 +35801,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7522 \"springls.h\"\n",
+    "#line 7521 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35828,7 +35827,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7548 \"springls.h\"\n",
+    "#line 7547 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35843,7 +35842,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7564 \"springls.h\"\n",
+    "#line 7563 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35926,7 +35925,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7647 \"springls.h\"\n",
+    "#line 7646 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35941,7 +35940,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7662 \"springls.h\"\n",
+    "#line 7661 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36024,7 +36023,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7745 \"springls.h\"\n",
+    "#line 7744 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -36098,7 +36097,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7820 \"springls.h\"\n",
+    "#line 7819 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -36651,7 +36650,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8374 \"springls.h\"\n",
+    "#line 8373 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -36747,7 +36746,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8471 \"springls.h\"\n",
+    "#line 8470 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36868,7 +36867,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8593 \"springls.h\"\n",
+    "#line 8592 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37149,7 +37148,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8875 \"springls.h\"\n",
+    "#line 8874 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37235,10 +37234,10 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8962 \"springls.h\"\n",
+    "#line 8961 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
-    "/* A springl to add. */\n",
+    "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
     "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
     "\n",
     "/* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */\n",
@@ -37310,7 +37309,7 @@ static const char *const springls__kernel_lines[] = {
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
     "    seed.toward = springls__sub(s->p, fit.point);\n",
-    "    seed.a = springls__project_on_original(model, fit.a);\n",
+    "    seed.a = fit.a;\n",
     "    seed.ok = 1;\n",
     "    return seed;\n",
     "}\n",
@@ -37370,6 +37369,7 @@ static const char *const springls__kernel_lines[] = {
     "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
     "    if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;\n",
+    "    seed.a = springls__project_on_original(model, seed.a);\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",

@@ -23,16 +23,15 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3
 }
 
 /* Adds a neighbor at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps gaps, springls__v3 d)
+SPRINGLS__MATHS void springls__angular_gaps_add(springls__angular_gaps *gaps, springls__v3 d)
 {
-    float u = springls__dot(d, gaps.e1), v = springls__dot(d, gaps.e2), angle;
+    float u = springls__dot(d, gaps->e1), v = springls__dot(d, gaps->e2), angle;
     int i;
-    if (u * u + v * v < 1e-6f || gaps.count == SPRINGLS__ANGULAR_GAPS_SIZE) return gaps;
+    if (u * u + v * v < 1e-6f || gaps->count == SPRINGLS__ANGULAR_GAPS_SIZE) return;
     angle = springls__atan2(v, u);
-    for (i = gaps.count; i > 0 && gaps.angle[i - 1] > angle; i--) gaps.angle[i] = gaps.angle[i - 1];
-    gaps.angle[i] = angle;
-    gaps.count++;
-    return gaps;
+    for (i = gaps->count; i > 0 && gaps->angle[i - 1] > angle; i--) gaps->angle[i] = gaps->angle[i - 1];
+    gaps->angle[i] = angle;
+    gaps->count++;
 }
 
 /* Returns which of 32 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
@@ -58,7 +57,7 @@ SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
 /* The two widest gaps (radians), and the direction that halves the widest. */
 typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
-SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps gaps)
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(const springls__angular_gaps *gaps)
 {
     const float turn = 6.28318531f;
     springls__widest_gap widest;
@@ -66,29 +65,29 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
     int i;
     widest.angle = turn;
     widest.second = 0.0f;
-    widest.middle = gaps.e1;
-    if (gaps.count == 0) return widest;
-    from = gaps.angle[gaps.count - 1];
-    widest.angle = gaps.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < gaps.count; i++) {
-        float angle = gaps.angle[i] - gaps.angle[i - 1];
+    widest.middle = gaps->e1;
+    if (gaps->count == 0) return widest;
+    from = gaps->angle[gaps->count - 1];
+    widest.angle = gaps->angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < gaps->count; i++) {
+        float angle = gaps->angle[i] - gaps->angle[i - 1];
         widest.second = springls__max(widest.second, springls__min(angle, widest.angle));
         if (angle <= widest.angle) continue;
         widest.angle = angle;
-        from = gaps.angle[i - 1];
+        from = gaps->angle[i - 1];
     }
     middle = (from + 0.5f * widest.angle) * SPRINGLS__OVER_PI;
-    widest.middle = springls__add(springls__scale(gaps.e1, springls__cospi(middle)),
-                                  springls__scale(gaps.e2, springls__sinpi(middle)));
+    widest.middle = springls__add(springls__scale(gaps->e1, springls__cospi(middle)),
+                                  springls__scale(gaps->e2, springls__sinpi(middle)));
     return widest;
 }
 
 /* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
    two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)
+SPRINGLS__MATHS bool springls__spans_sheet(const springls__angular_gaps *gaps)
 {
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
-    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
+    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
 }
 
 #endif

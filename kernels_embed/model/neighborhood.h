@@ -97,8 +97,8 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     int other;
     while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__lies_beside(model, of, other, x, n, r, high))
-            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
-    return springls__angular_gaps_widest(gaps);
+            springls__angular_gaps_add(&gaps, springls__sub(model->set.s[other].p, x));
+    return springls__angular_gaps_widest(&gaps);
 }
 
 /* Returns true when x lies in a sheet with normal n, and not in a thread or a drop: a thin sheet is kept, a thread thinner than
@@ -113,9 +113,9 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
         if (springls__is_overlapped(model, other)) continue;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) springls__angular_gaps_add(&gaps, d);
     }
-    return springls__spans_sheet(gaps);
+    return springls__spans_sheet(&gaps);
 }
 
 /* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an

@@ -12,7 +12,7 @@
 #include "project.h"
 #include "track.h"
 
-/* A springl to add. */
+/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
 
 /* Voxels: least distance of a seed from springls of its side; more than merge_distance, or contract would remove it again. */
@@ -84,7 +84,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     seed.p = fit.point;
     seed.n = fit.normal;
     seed.toward = springls__sub(s->p, fit.point);
-    seed.a = springls__project_on_original(model, fit.a);
+    seed.a = fit.a;
     seed.ok = 1;
     return seed;
 }
@@ -144,6 +144,7 @@ SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model
     int n = model->set.count + (int)at;
     springls__tri t;
     if (springls__seed_action(model)[i] != SPRINGLS__KEEP || at >= (uint32_t)args.insert.count) return;
+    seed.a = springls__project_on_original(model, seed.a);
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
     springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
     model->set.parent[n] = model->set.id[i];

@@ -255,12 +255,12 @@ TEST openings_are_found(void)
         for (i = 0; i < count; i++) {
             float length = fixture_between(0.1f, 2.0f), height = fixture_between(-1.0f, 1.0f);
             angle[i] = (double)fixture_between(-3.1415f, 3.1415f);
-            fan = springls__angular_gaps_add(fan,
+            springls__angular_gaps_add(&fan,
                                              springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])),
                                                                          fan.e2, length * (float)sin(angle[i])),
                                                            n, height));
         }
-        fan = springls__angular_gaps_add(fan, springls__scale(n, 0.5f)); /* right above: no direction */
+        springls__angular_gaps_add(&fan, springls__scale(n, 0.5f)); /* right above: no direction */
         ASSERT_EQ(count, fan.count);
         for (i = 0; i < count; i++) {
             double gap = 2.0 * fixture_pi;
@@ -276,7 +276,7 @@ TEST openings_are_found(void)
                 second = gap;
             }
         }
-        opening = springls__angular_gaps_widest(fan);
+        opening = springls__angular_gaps_widest(&fan);
         ASSERT_IN_RANGE(count ? widest : 2.0 * fixture_pi, (double)opening.angle, 1e-4);
         ASSERT_IN_RANGE(second, (double)opening.second, 1e-4);
         if (count == 0 || widest - second < 1e-3) continue;
@@ -298,9 +298,9 @@ TEST sheets_and_threads_are_told_apart(int part, int expected)
         if (part >= 2) v *= 0.2f;
         if (part == 2) u += u < 0.0f ? -0.7f : 0.7f;
         if (part == 3) u = fabsf(u) + 0.7f;
-        fan = springls__angular_gaps_add(fan, springls__v3_make(u, v, 0.3f));
+        springls__angular_gaps_add(&fan, springls__v3_make(u, v, 0.3f));
     }
-    ASSERT_EQ(expected, springls__spans_sheet(fan));
+    ASSERT_EQ(expected, springls__spans_sheet(&fan));
     PASS();
 }
 
@@ -368,7 +368,7 @@ TEST sectors_close_only_without_a_gap(void)
         uint32_t sectors = 0u;
         for (k = 0; k < 3 + i % 12; k++) {
             springls__v3 d = springls__v3_make(fixture_between(-1.0f, 1.0f), fixture_between(-1.0f, 1.0f), 0.0f);
-            gaps = springls__angular_gaps_add(gaps, d);
+            springls__angular_gaps_add(&gaps, d);
             sectors |= springls__sector(springls__dot(d, gaps.e1), springls__dot(d, gaps.e2));
         }
         if (!springls__sectors_close(sectors)) {
@@ -376,7 +376,7 @@ TEST sectors_close_only_without_a_gap(void)
             continue;
         }
         closed++;
-        ASSERT_LT(springls__angular_gaps_widest(gaps).angle, 101.26f * SPRINGLS__DEGREE);
+        ASSERT_LT(springls__angular_gaps_widest(&gaps).angle, 101.26f * SPRINGLS__DEGREE);
     }
     ASSERT(closed > 500 && open > 500);
     ASSERT(!springls__sectors_close(0x00ffffffu) && !springls__sectors_close(0x0ffffff0u));
