@@ -21699,7 +21699,7 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
                         outer    inner, facing inwards
 
      open:    by sight: from the front of its triangles more rays must get past all others than from their backs. Parts that see no
-              difference take the side that the others leave them: their back is where those wind around more. Where that says nothing
+              difference take the side that the others leave them: their back is where those wind around more. Where that decides nothing
               either, they stay together as they came, turned where their common volume is negative. */
 
 enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
@@ -24829,7 +24829,7 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Returns what phi says about a node: below 0 inside. */
+/* Returns phi at a node: below 0 inside. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
@@ -24846,7 +24846,7 @@ SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
 }
 
-/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */
+/* Returns the evidence of phi at a node of brick b, which the table may not have: the node is outside then. */
 SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
@@ -40849,7 +40849,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);\n",
     "}\n",
     "\n",
-    "/* Returns what phi says about a node: below 0 inside. */\n",
+    "/* Returns phi at a node: below 0 inside. */\n",
     "SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)\n",
     "{\n",
     "    const float deep = springls__min(springls__fabs(phi), 1.0f);\n",
@@ -40866,7 +40866,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
     "}\n",
     "\n",
-    "/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */\n",
+    "/* Returns the evidence of phi at a node of brick b, which the table may not have: the node is outside then. */\n",
     "SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
@@ -44412,7 +44412,7 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
     return SPRINGLS_OK;
 }
 
-/* Asks the caller for the attributes of the springls from number `first` on. */
+/* Calls the callback for the attributes of the springls from number `first` on. */
 SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const springls_follow_desc *desc, int first)
 {
     const int count = ctx->model.set.count - first;

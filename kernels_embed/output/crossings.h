@@ -625,7 +625,7 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Returns what phi says about a node: below 0 inside. */
+/* Returns phi at a node: below 0 inside. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
@@ -642,7 +642,7 @@ SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
 }
 
-/* Returns what phi says about a node of brick b, which the table may not have: it is outside then. */
+/* Returns the evidence of phi at a node of brick b, which the table may not have: the node is outside then. */
 SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;

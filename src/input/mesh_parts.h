@@ -12,7 +12,7 @@
                         outer    inner, facing inwards
 
      open:    by sight: from the front of its triangles more rays must get past all others than from their backs. Parts that see no
-              difference take the side that the others leave them: their back is where those wind around more. Where that says nothing
+              difference take the side that the others leave them: their back is where those wind around more. Where that decides nothing
               either, they stay together as they came, turned where their common volume is negative. */
 #ifndef SPRINGLS__INPUT_MESH_PARTS_H
 #define SPRINGLS__INPUT_MESH_PARTS_H

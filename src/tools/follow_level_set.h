@@ -152,7 +152,7 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
     return SPRINGLS_OK;
 }
 
-/* Asks the caller for the attributes of the springls from number `first` on. */
+/* Calls the callback for the attributes of the springls from number `first` on. */
 SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const springls_follow_desc *desc, int first)
 {
     const int count = ctx->model.set.count - first;

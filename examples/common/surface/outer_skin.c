@@ -390,8 +390,8 @@ static void drop_specks(struct finder *f)
     }
 }
 
-/* Where most of what is seen would be left out as sheets, the ball says nothing about the mesh: a body that is open wide. All of it is
- * kept, as it faces in the file. */
+/* A body that is open wide is seen from both sides nearly everywhere. If most of what is seen would be left out as sheets, all of it is
+ * kept instead, as it faces in the file. */
 static void keep_open_body(struct finder *f)
 {
     const double most = 0.5;
