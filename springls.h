@@ -669,6 +669,7 @@
      >>resumable            src/runtime/resumable.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
+     >>collectives:kernel   kernels_embed/model/collectives.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
      >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
@@ -2236,6 +2237,8 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
+  /* Raises a number in global memory to at least `number`; work items may meet there. */
+  #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
@@ -2254,6 +2257,7 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
   #define springls__float_of_bits(bits) as_float(bits)
+  #define springls__float_bits(x) as_uint(x)
   #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))
 #else
   #include <float.h>
@@ -2281,6 +2285,7 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
+  #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))
   #if defined(__GNUC__)
     #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)
   #else
@@ -2294,6 +2299,12 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
       float x;
       memcpy(&x, &bits, sizeof x);
       return x;
+  }
+  SPRINGLS__MATHS uint32_t springls__float_bits(float x)
+  {
+      uint32_t bits;
+      memcpy(&bits, &x, sizeof bits);
+      return bits;
   }
   /* Returns the number of the lowest bit that is set; at least one must be. */
   SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)
@@ -2920,6 +2931,30 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springl
 /* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
 /* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
    voxels. */
+
+/* Names the numbers in the array COUNTS, which kernels find and the host reads later, several in one reading (launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_OUTSIDE, /* of the cell list: springls outside active bricks */
+    SPRINGLS__COUNT_RADIUS,  /* the largest bounding radius of those in cells, its bits */
+    SPRINGLS__COUNT_UNBINNED,
+    SPRINGLS__COUNT_BRICKS,  /* of bricks: those dropped, added, active and beyond the top table */
+    SPRINGLS__COUNT_BRICKS_ADDED,
+    SPRINGLS__COUNT_BRICKS_ACTIVE,
+    SPRINGLS__COUNT_BRICKS_BEYOND,
+    SPRINGLS__COUNT_NOW,     /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_TURNING,
+    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_DEPARTED,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNTS
+} springls__late_count;
 
 typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
 
@@ -5923,26 +5958,6 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
-/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
-typedef enum springls__late_count {
-    SPRINGLS__COUNT_NOW, /* read at once */
-    SPRINGLS__COUNT_LARGEST,
-    SPRINGLS__COUNT_ABOVE_LIMIT,
-    SPRINGLS__COUNT_TURNING,
-    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
-    SPRINGLS__COUNT_DISPLACEMENT,
-    SPRINGLS__COUNT_DISPLACED,
-    SPRINGLS__COUNT_OPPOSED,
-    SPRINGLS__COUNT_OPPOSED_ASLEEP,
-    SPRINGLS__COUNT_RESHAPED,
-    SPRINGLS__COUNT_DEPARTED,
-    SPRINGLS__COUNT_SPLITS,
-    SPRINGLS__COUNT_LATE
-} springls__late_count;
-
-/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
-enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
-
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -5959,18 +5974,10 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
-       device array COUNTS, from `place` on. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
-    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
-    springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cell_list_build)(springls_context *ctx);
+       ctx->lost; other failures come from springls__fail. */
     springls_status (*add_outside_bricks)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
-    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
     springls_status (*resolve_regions)(springls_context *ctx);
 };
@@ -6114,8 +6121,7 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
-    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
-    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
+    uint32_t late_unread;   /* a bit for each count that has been found and not been read (launch.h)            */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
@@ -6358,15 +6364,6 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-/* Takes the late counts that have not been read from a copy of the array COUNTS. */
-SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
-{
-    int i;
-    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
-        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
-    ctx->late_unread = 0;
-}
-
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
@@ -6380,8 +6377,6 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) (ctx->backend->release)(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
-    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
-    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -6465,6 +6460,269 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
         if (springls__has_array(SPRINGLS__WORK_BITS, array))
             ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* ======== >>collectives:kernel  (kernels_embed/model/collectives.h) ============================================ */
+/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an
+   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are
+   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */
+
+/* ---- chunks: one element adds up one chunk of an array (args.chunk) ---- */
+
+/* Returns the sum of two counts, or the largest number where that is more. */
+SPRINGLS__MATHS uint32_t springls__add_counts(uint32_t a, uint32_t b) { return a + b < a ? 0xffffffffu : a + b; }
+
+SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }
+
+SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)
+{
+    return springls__imin((i + 1) * chunk.size, chunk.count);
+}
+
+/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */
+SPRINGLS__MATHS uint32_t springls__prefix_sums(SPRINGLS__GLOBAL uint32_t *numbers, int count, int stride, uint32_t sum)
+{
+    int k;
+    for (k = 0; k < count * stride; k += stride) {
+        uint32_t number = numbers[k];
+        numbers[k] = sum;
+        sum = springls__add_counts(sum, number);
+    }
+    return sum;
+}
+
+/* Returns an array of numbers: a scratch array or brick_list_first. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__numbers(const springls__model *model, int array)
+{
+    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;
+    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
+}
+
+/* Returns an array of bytes: a scratch array, edge or awake. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL const uint8_t *springls__bytes(const springls__model *model, int array)
+{
+    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;
+    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;
+    return (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
+}
+
+/* Writes the sum of chunk i to sums[i]. */
+SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint32_t *numbers = springls__numbers(model, args.chunk.array);
+    uint32_t sum = 0;
+    int k;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
+        sum = springls__add_counts(sum, numbers[k]);
+    model->work.sums[i] = sum;
+}
+
+/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */
+SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
+{
+    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);
+}
+
+/* Replaces each number of chunk i by the sum of those before it. */
+SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)
+{
+    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);
+    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);
+}
+
+/* Counts the bytes of chunk i that are args.chunk.value. */
+SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *bytes = springls__bytes(model, args.chunk.array);
+    uint32_t sum = 0;
+    int k;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
+        if (bytes[k] == args.chunk.value) sum++;
+    model->work.sums[i] = sum;
+}
+
+/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */
+SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const float *values = (SPRINGLS__GLOBAL const float *)springls__numbers(model, args.chunk.array);
+    float largest = 0.0f;
+    uint32_t more = 0;
+    int k;
+    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
+        largest = springls__max(largest, values[k]);
+        if (values[k] > args.chunk.limit) more++;
+    }
+    model->work.sums[2 * i] = springls__float_bits(largest);
+    model->work.sums[2 * i + 1] = more;
+}
+
+SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)
+{
+    float largest = 0.0f;
+    uint32_t more = 0;
+    int k;
+    for (k = 0; k < args.chunk.chunks; k++) {
+        largest = springls__max(largest, springls__float_of_bits((int32_t)model->work.sums[2 * k]));
+        more += model->work.sums[2 * k + 1];
+    }
+    model->work.counts[args.chunk.place + i] = springls__float_bits(largest);
+    model->work.counts[args.chunk.place + i + 1] = more;
+}
+
+SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    model->work.counts[i] = 0u;
+}
+
+/* Sorts numbers ascending, by gaps that shrink. */
+SPRINGLS__MATHS void springls__sort(SPRINGLS__GLOBAL uint32_t *ids, uint32_t count)
+{
+    uint32_t gap = 1, i, k, id;
+    while (gap < count / 3u) gap = 3u * gap + 1u;
+    for (; gap > 0u; gap /= 3u)
+        for (i = gap; i < count; i++) {
+            id = ids[i];
+            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];
+            ids[k] = id;
+        }
+}
+
+/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */
+
+SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
+}
+
+/* Takes a bounding radius into the largest of those in cells: floats above 0 are ordered as their bits are. */
+SPRINGLS__INNER void springls__raise_radius(const springls__model *model, float radius)
+{
+    SPRINGLS__RAISE(model->work.counts + SPRINGLS__COUNT_RADIUS, springls__float_bits(radius));
+}
+
+/* Counts springl i in its cell, or among those in no cell, and there also when it is outside active bricks. */
+SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    const uint32_t key = model->cells.key[i];
+    (void)args;
+    if (springls__is_in_cell(key)) {
+        springls__count_in_cell(model, i);
+        springls__raise_radius(model, model->set.s[i].bounding_radius);
+        return;
+    }
+    SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_UNBINNED);
+    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_OUTSIDE);
+}
+
+/* Finds the largest radius anew after triangles have changed; counts a springl that has become too large for its cell, or is no
+   longer, or is outside: the list is to be built anew then. */
+SPRINGLS__MATHS void springls__cells_radius_element(const springls__model *model, springls__arguments args, int i)
+{
+    const float radius = model->set.s[i].bounding_radius;
+    (void)args;
+    if (springls__is_in_cell(model->cells.key[i]) == springls__is_large(radius))
+        SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_UNBINNED);
+    else if (springls__is_in_cell(model->cells.key[i])) springls__raise_radius(model, radius);
+}
+
+/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */
+SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
+}
+
+SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL uint32_t *cell = springls__cells_of(&model->grid, model->grid.active[i]);
+    int c;
+    (void)args;
+    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];
+    if (i == 0) springls__fill_last_places(model);
+}
+
+SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__put_in_cell(model, i);
+}
+
+SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, model->grid.active[i]);
+    int c;
+    uint32_t k;
+    (void)args;
+    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
+    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)
+        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);
+}
+
+SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;
+}
+
+SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint32_t)i;
+}
+
+/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */
+
+SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
+}
+
+SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    model->cells.brick_list_first[i] = 0u;
+}
+
+SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__count_in_brick_lists(model, args.brick_list.margin, i);
+}
+
+SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__put_in_brick_lists(model, args.brick_list.margin, i);
+}
+
+SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t first = model->cells.brick_list_first[i];
+    (void)args;
+    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);
+}
+
+/* ---- springls that stay: springls__constellation_compact ---- */
+
+SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;
+}
+
+/* Moves springls by way of a spare copy: where one goes another may not have left yet. */
+SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)
+        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);
+}
+
+SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__record_store(model, i, model->work.spare[i]);
 }
 
 /* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
@@ -11914,8 +12172,35 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
     X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
     X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \
+    X(scan_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                 \
+    X(scan_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                          \
+    X(scan_apply, LISTS, 1, 0) /* and the array that it is given */                                                              \
+    X(count_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                \
+    X(largest_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                              \
+    X(largest_sums, LISTS, 1, SPRINGLS__BIT(COUNTS))                                                                             \
+    X(counts_clear, LISTS, 16, SPRINGLS__BIT(COUNTS))                                                                            \
+    X(cells_clear, LISTS, 64, SPRINGLS__BIT(CELL))                                                                               \
+    X(cells_prefix, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__ROLE_BIT(cell_count))                                             \
+    X(cells_base, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(PLACES))                                                        \
+    X(cells_sort, LISTS, 64, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                                                         \
+    X(unbinned_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(unbinned_number))                                                           \
+    X(unbinned_scatter, LISTS, 4096, SPRINGLS__BIT(UNBINNED))                                                                    \
+    X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
+    X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
+    X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
+    X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \
+    X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \
+    X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \
     X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
+
+/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */
+#define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \
+    X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \
+    X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \
+    X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \
+    X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \
+    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
@@ -11953,18 +12238,9 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \
-    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \
-    X(counts_clear, LISTS, 16)                                                                                                   \
-    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \
-    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \
-    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \
     X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
     X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
     X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
-    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \
-    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \
-    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \
     X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
@@ -11973,7 +12249,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
-    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__ORDERED_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -11989,6 +12265,7 @@ typedef struct springls__kernel_info {
     uint64_t writes;
     bool brick; /* a work group does one                                    */
     int floats; /* of memory that a range needs; 0: what it needs is on the stack */
+    bool ordered; /* elements meet: the host runs them in order             */
 } springls__kernel_info;
 
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
@@ -12055,21 +12332,25 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
-/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
+/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them. */
 
 SPRINGLS__KERNELS(SPRINGLS__RANGE)
+SPRINGLS__ORDERED_KERNELS(SPRINGLS__RANGE)
 SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE)
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
+#define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0 },
+#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0, false },
     SPRINGLS__DEVICE_KERNELS(SPRINGLS__DEVICE_FACTS)
 #undef SPRINGLS__DEVICE_FACTS
+#define SPRINGLS__ORDERED_FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0, true },
+    SPRINGLS__ORDERED_KERNELS(SPRINGLS__ORDERED_FACTS)
+#undef SPRINGLS__ORDERED_FACTS
 #define SPRINGLS__BRICK_FACTS(name, program, grain, writes, floats)                                                              \
-    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
+    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats), false },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
 };
@@ -12153,11 +12434,17 @@ SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, 
     return run;
 }
 
+/* Returns the arrays that a run of a kernel writes: those of its row, and the one that a scan is given. */
+SPRINGLS__FN uint64_t springls__writes_of(springls__kernel kernel, const springls__arguments *args)
+{
+    return springls__kernels[kernel].writes | (kernel == SPRINGLS__KERNEL_scan_apply ? (uint64_t)1 << args->chunk.array : 0);
+}
+
 /* Starts a kernel on the device; fails when that cannot. */
 SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
                                                      const springls__arguments *args)
 {
-    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
+    SPRINGLS__TRY(springls__to_device(ctx, springls__writes_of(kernel, args)));
     return (ctx->backend->run)(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
@@ -12171,66 +12458,72 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Returns true when elements that meet do so in order: what they list is sorted then. */
+SPRINGLS__FN bool springls__runs_in_order(const springls_context *ctx) { return !ctx->on_device; }
+
 /* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     springls__kernel_run run;
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
-    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__writes_of(kernel, args)) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
+    if (run.kernel->ordered) springls__range_work(&run, 0, count, NULL);
+    else springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
-enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
+/* ---- counts: kernels leave them in the array COUNTS until the host reads all of them at once (springls__late_count) ---- */
 
-/* Reserves the arrays COUNTS and SUMS, in which a device counts and adds up. Without them the functions below fall back to the host. */
+enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that are added up by themselves, at most */
+
+/* Reserves the arrays in which kernels count and add up. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
 }
 
-/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
-
-/* Sets `number` late counts from `late` on to 0. */
-SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+/* Divides the first `count` elements of an array into chunks, on the host into large ones, each worth a thread. late: the count of what
+   they add up to. */
+SPRINGLS__FN springls__arguments springls__chunks_of(const springls_context *ctx, springls__array array, int count,
+                                                     springls__late_count late)
 {
-    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
-    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+    const int least = ctx->on_device ? 64 : 65536;
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.chunk.array = (int)array;
+    args.chunk.size = springls__imax((count + SPRINGLS__CHUNKS - 1) / SPRINGLS__CHUNKS, least);
+    args.chunk.count = count;
+    args.chunk.place = (int)late;
+    args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
+    return args;
 }
 
-/* Notes that the device has found so many late counts. */
-SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+/* Notes that `number` counts from `late` on have been found. */
+SPRINGLS__FN void springls__note_counts(springls_context *ctx, springls__late_count late, int number)
 {
     ctx->late_unread |= ((1u << number) - 1u) << late;
 }
 
-/* Returns a late count: the number that springls__count_later or _largest_later has found. Waits for the device, unless the host has
-   read the count already. */
+/* Returns a count that has been found. Waits for the device, unless the host has read the count already. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
-    if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
-    return ctx->late_count[late];
+    if (ctx->late_unread >> late & 1u) {
+        springls__to_host(ctx, SPRINGLS__BIT(COUNTS), 0);
+        ctx->late_unread = 0;
+    }
+    return ctx->lost ? 0u : ctx->model.work.counts[late];
 }
 
 /* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
 SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
                                         uint8_t value)
 {
-    const uint8_t *flags;
-    int i;
-    springls__clear_late(ctx, late, 1);
-    if (count <= 0) return;
-    if (ctx->on_device) {
-        if ((ctx->backend->count_of)(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
-            springls__left_on_device(ctx, late, 1);
-            return;
-        }
-        springls__fall_back_to_host(ctx);
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    args.chunk.value = value;
+    springls__run(ctx, SPRINGLS__KERNEL_count_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_sums, 1, &args);
+    springls__note_counts(ctx, late, 1);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
@@ -12240,38 +12533,23 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
 }
 
-/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
-   late counts number `late` and `late` + 1. */
+/* Finds the largest of the first `count` floats of an array, at least 0, and how many are more than the limit, for
+   springls__largest_found: counts number `late` and `late` + 1. */
 SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
                                           float limit)
 {
-    const float *values;
-    float largest = 0.0f;
-    int i;
-    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
-    if (count <= 0) return;
-    if (ctx->on_device) {
-        if ((ctx->backend->largest)(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
-            springls__left_on_device(ctx, late, 2);
-            return;
-        }
-        springls__fall_back_to_host(ctx);
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        largest = springls__max(largest, values[i]);
-        ctx->late_count[late + 1] += values[i] > limit;
-    }
-    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    args.chunk.limit = limit;
+    springls__run(ctx, SPRINGLS__KERNEL_largest_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_largest_sums, 1, &args);
+    springls__note_counts(ctx, late, 2);
 }
 
 SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
 {
-    uint32_t bits = springls__count_found(ctx, late);
     springls__largest found;
-    memcpy(&found.value, &bits, sizeof found.value);
-    found.more = (int)ctx->late_count[late + 1];
+    found.value = springls__float_of_bits((int32_t)springls__count_found(ctx, late));
+    found.more = (int)springls__count_found(ctx, (springls__late_count)(late + 1));
     return found;
 }
 
@@ -12282,36 +12560,15 @@ SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, spr
     return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
-/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
-SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
-{
-    uint64_t sum = 0;
-    int i;
-    for (i = 0; i < count; i++) {
-        uint32_t number = numbers[i];
-        numbers[i] = (uint32_t)sum;
-        sum += number;
-    }
-    return sum;
-}
-
 /* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
    is for springls__scan_found. */
-SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
-                                                  int count)
+SPRINGLS__FN void springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array, int count)
 {
-    uint64_t sum;
-    springls__clear_late(ctx, late, 1);
-    if (count <= 0) return SPRINGLS_OK;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->scan)(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
-        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
-    sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
-    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
-    return SPRINGLS_OK;
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_sums, 1, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_apply, args.chunk.chunks, &args); /* alone changes the numbers */
+    springls__note_counts(ctx, late, 1);
 }
 
 /* Writes the sum of springls__scan_later to *total; fails when it is more than an int holds. */
@@ -12328,7 +12585,7 @@ SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springl
    more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
-    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count);
     return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
 }
 
@@ -12859,22 +13116,35 @@ SPRINGLS__FN void springls__find_sleepers(springls_context *ctx)
     ctx->model.cells.asleep_count = ctx->model.set.count;
 }
 
-/* Drops the springls whose contract_action is REMOVE; the others stay in order. */
-SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
+/* Drops the springls whose contract_action is REMOVE, one after the other. */
+SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 {
     const uint8_t *action = springls__contract_action(&ctx->model);
-    int i, n = 0, count = ctx->model.set.count;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->constellation_compact)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
+    int i, n = 0;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < ctx->model.set.count; i++) {
         if (action[i] == SPRINGLS__REMOVE) continue;
         if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
         n++;
     }
     ctx->model.set.count = n;
+    return SPRINGLS_OK;
+}
+
+/* Drops the springls whose contract_action is REMOVE; the others stay in order. All at once they go by way of a copy. */
+SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    int kept;
+    if (springls__runs_in_order(ctx)) return springls__drop_in_place(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
+    if (kept == count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_compact_out, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_compact_in, kept, NULL);
+    ctx->model.set.count = kept;
     return SPRINGLS_OK;
 }
 
@@ -12900,7 +13170,6 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
     springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
     return SPRINGLS_OK;
@@ -13057,13 +13326,6 @@ SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
     h = (h ^ c) * 0xBF58476D1CE4E5B9u;
     h ^= h >> 32;
     return (size_t)h;
-}
-
-SPRINGLS__FN uint32_t springls__float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
 }
 
 /* Returns the size of a hash table for that many entries: a power of two. */
@@ -13381,6 +13643,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
+    SPRINGLS__TRY(springls__reserve_counts(ctx));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
     return SPRINGLS_OK;
@@ -13818,73 +14081,64 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
    is. Stages make such bricks active first (cell_bricks.h), readers for the time of reading (solver/follow.h). */
 
-/* Counts the springls of each cell, one place late for the scan, and lists those in no cell. Returns how many of these lie outside
-   active bricks. */
-SPRINGLS__FN int springls__count_cells(springls__model *model)
-{
-    springls__cell_list *cells = &model->cells;
-    int i, outside = 0;
-    cells->bounding_radius = 0.0f;
-    cells->unbinned_count = 0;
-    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-    for (i = 0; i < model->set.count; i++) {
-        if (springls__is_in_cell(cells->key[i])) {
-            cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-            springls__count_in_cell(model, i);
-            continue;
-        }
-        cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
-        outside += cells->key[i] == SPRINGLS__OUTSIDE_KEY;
-    }
-    return outside;
-}
-
 /* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become too large, or is no
    longer, or is outside: the list is to be built anew then. */
-SPRINGLS__FN bool springls__update_radii(springls__model *model)
+SPRINGLS__FN bool springls__update_radii(springls_context *ctx)
 {
-    springls__cell_list *cells = &model->cells;
-    float largest = 0.0f;
-    int i;
-    for (i = 0; i < model->set.count; i++) {
-        float radius = model->set.s[i].bounding_radius;
-        if (springls__is_in_cell(cells->key[i]) == springls__is_large(radius)) return false;
-        if (springls__is_in_cell(cells->key[i])) largest = springls__max(largest, radius);
-    }
-    cells->bounding_radius = largest;
+    springls__run(ctx, SPRINGLS__KERNEL_counts_clear, SPRINGLS__COUNT_BRICKS, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_radius, ctx->model.set.count, NULL);
+    springls__note_counts(ctx, SPRINGLS__COUNT_OUTSIDE, SPRINGLS__COUNT_BRICKS);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_UNBINNED) > 0) return false;
+    ctx->model.cells.bounding_radius = springls__float_of_bits((int32_t)springls__count_found(ctx, SPRINGLS__COUNT_RADIUS));
     return true;
+}
+
+/* Finds the cells of all springls and counts them, and those in no cell. */
+SPRINGLS__FN void springls__count_cells(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_counts_clear, SPRINGLS__COUNT_BRICKS, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_clear, ctx->model.grid.active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_count, count, NULL);
+    springls__note_counts(ctx, SPRINGLS__COUNT_OUTSIDE, SPRINGLS__COUNT_BRICKS);
+    ctx->particles_outside = (int)springls__count_found(ctx, SPRINGLS__COUNT_OUTSIDE);
+    ctx->model.cells.bounding_radius = springls__float_of_bits((int32_t)springls__count_found(ctx, SPRINGLS__COUNT_RADIUS));
+    ctx->model.cells.unbinned_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_UNBINNED);
+}
+
+/* Lists the springls that springls__count_cells has counted. */
+SPRINGLS__FN springls_status springls__list_cells(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    const bool sorted = springls__runs_in_order(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
+    springls__run(ctx, SPRINGLS__KERNEL_cells_prefix, bricks, NULL);
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, SPRINGLS__ROLE_ARRAY(cell_count), bricks);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_base, bricks, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_scatter, count, NULL);
+    if (!sorted) springls__run(ctx, SPRINGLS__KERNEL_cells_sort, bricks, NULL);
+    if (ctx->model.cells.unbinned_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, unbinned_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_unbinned_flag, count, NULL);
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, SPRINGLS__ROLE_ARRAY(unbinned_number), count);
+    springls__run(ctx, SPRINGLS__KERNEL_unbinned_scatter, count, NULL);
+    return SPRINGLS_OK;
 }
 
 /* Builds the lists if springls have changed since they were built. ctx->particles_outside: how many lie outside active bricks. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)ctx->model.set.count;
-    uint32_t before = 0;
-    int i;
+    const size_t n = (size_t)ctx->model.set.count;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
-    if (ctx->on_device) {
-        springls_status status;
-        ctx->particles_listed = false;
-        status = (ctx->backend->cell_list_build)(ctx);
-        ctx->cells_fresh = status == SPRINGLS_OK;
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    if (ctx->particles_listed) {
-        SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-        ctx->cells_fresh = springls__update_radii(&ctx->model);
-        if (ctx->cells_fresh) return SPRINGLS_OK;
-    }
+    ctx->cells_fresh = ctx->particles_listed && springls__update_radii(ctx);
+    if (ctx->cells_fresh) return SPRINGLS_OK;
     ctx->particles_listed = false; /* until all of the list is new */
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL)));
-    ctx->particles_outside = springls__count_cells(&ctx->model);
-    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
-    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    springls__fill_last_places(&ctx->model);
+    springls__count_cells(ctx);
+    SPRINGLS__TRY(springls__list_cells(ctx));
+    if (ctx->lost) return ctx->backend_status;
     ctx->cells_fresh = ctx->particles_listed = true;
     return SPRINGLS_OK;
 }
@@ -14731,7 +14985,6 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (springls__device_can_displace(motion)) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
@@ -15528,18 +15781,13 @@ SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
     return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
 }
 
-/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
-   several may write to one brick. */
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. */
 SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
 {
     springls__arguments args;
-    int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
-    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
-    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
-    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+    if (springls__may_sleep(ctx)) springls__run(ctx, SPRINGLS__KERNEL_stir, count, &args);
 }
 
 /* Lets all bricks fall asleep until a springl moves: the level set is as exact as the input. */
@@ -16701,25 +16949,20 @@ SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    const springls__model *model = &ctx->model;
-    const int bricks = model->grid.active_count;
-    uint32_t *first;
-    int i;
+    const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    const bool sorted = springls__runs_in_order(ctx);
+    springls__arguments args;
+    int total;
+    args.brick_list.margin = margin;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->brick_lists_build)(ctx, margin);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
-                                        | SPRINGLS__ROLE_BIT(brick_rank)));
-    first = model->cells.brick_list_first;
-    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
-    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
-    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
-    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, ctx->model.grid.slot_count));
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_rank, bricks, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_clear, bricks + 2, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_count, count, &args);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2, &total));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_scatter, count, &args);
+    if (!sorted) springls__run(ctx, SPRINGLS__KERNEL_brick_lists_sort, bricks, NULL);
     return SPRINGLS_OK;
 }
 
@@ -17135,7 +17378,7 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count);
     if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
@@ -31047,7 +31290,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1074 \"springls.h\"\n",
+    "#line 1075 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -31161,7 +31404,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2220 \"springls.h\"\n",
+    "#line 2221 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31181,6 +31424,8 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
     "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
+    "  /* Raises a number in global memory to at least `number`; work items may meet there. */\n",
+    "  #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)\n",
     "  /* Writes a number where other work items may write the same one meanwhile. */\n",
     "  #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
@@ -31199,6 +31444,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define springls__sqrt(x)   sqrt(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
     "  #define springls__float_of_bits(bits) as_float(bits)\n",
+    "  #define springls__float_bits(x) as_uint(x)\n",
     "  #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))\n",
     "#else\n",
     "  #include <float.h>\n",
@@ -31226,6 +31472,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__LOCAL\n",
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
+    "  #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))\n",
     "  #if defined(__GNUC__)\n",
     "    #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)\n",
     "  #else\n",
@@ -31239,6 +31486,12 @@ static const char *const springls__kernel_lines[] = {
     "      float x;\n",
     "      memcpy(&x, &bits, sizeof x);\n",
     "      return x;\n",
+    "  }\n",
+    "  SPRINGLS__MATHS uint32_t springls__float_bits(float x)\n",
+    "  {\n",
+    "      uint32_t bits;\n",
+    "      memcpy(&bits, &x, sizeof bits);\n",
+    "      return bits;\n",
     "  }\n",
     "  /* Returns the number of the lowest bit that is set; at least one must be. */\n",
     "  SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)\n",
@@ -31259,7 +31512,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2319 \"springls.h\"\n",
+    "#line 2330 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31281,7 +31534,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2342 \"springls.h\"\n",
+    "#line 2353 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31296,7 +31549,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2358 \"springls.h\"\n",
+    "#line 2369 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31420,7 +31673,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2482 \"springls.h\"\n",
+    "#line 2493 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -31490,7 +31743,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2553 \"springls.h\"\n",
+    "#line 2564 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -31710,7 +31963,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2774 \"springls.h\"\n",
+    "#line 2785 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31725,7 +31978,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2789 \"springls.h\"\n",
+    "#line 2800 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31849,16 +32102,40 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2913 \"springls.h\"\n",
+    "#line 2924 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2921 \"springls.h\"\n",
+    "#line 2932 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
+    "\n",
+    "/* Names the numbers in the array COUNTS, which kernels find and the host reads later, several in one reading (launch.h). */\n",
+    "typedef enum springls__late_count {\n",
+    "    SPRINGLS__COUNT_OUTSIDE, /* of the cell list: springls outside active bricks */\n",
+    "    SPRINGLS__COUNT_RADIUS,  /* the largest bounding radius of those in cells, its bits */\n",
+    "    SPRINGLS__COUNT_UNBINNED,\n",
+    "    SPRINGLS__COUNT_BRICKS,  /* of bricks: those dropped, added, active and beyond the top table */\n",
+    "    SPRINGLS__COUNT_BRICKS_ADDED,\n",
+    "    SPRINGLS__COUNT_BRICKS_ACTIVE,\n",
+    "    SPRINGLS__COUNT_BRICKS_BEYOND,\n",
+    "    SPRINGLS__COUNT_NOW,     /* read at once */\n",
+    "    SPRINGLS__COUNT_LARGEST,\n",
+    "    SPRINGLS__COUNT_ABOVE_LIMIT,\n",
+    "    SPRINGLS__COUNT_TURNING,\n",
+    "    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */\n",
+    "    SPRINGLS__COUNT_DISPLACEMENT,\n",
+    "    SPRINGLS__COUNT_DISPLACED,\n",
+    "    SPRINGLS__COUNT_OPPOSED,\n",
+    "    SPRINGLS__COUNT_OPPOSED_ASLEEP,\n",
+    "    SPRINGLS__COUNT_RESHAPED,\n",
+    "    SPRINGLS__COUNT_DEPARTED,\n",
+    "    SPRINGLS__COUNT_SPLITS,\n",
+    "    SPRINGLS__COUNTS\n",
+    "} springls__late_count;\n",
     "\n",
     "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
     "\n",
@@ -31955,7 +32232,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3021 \"springls.h\"\n",
+    "#line 3056 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -32010,7 +32287,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3077 \"springls.h\"\n",
+    "#line 3112 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -32106,7 +32383,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3174 \"springls.h\"\n",
+    "#line 3209 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32118,7 +32395,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3186 \"springls.h\"\n",
+    "#line 3221 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32133,7 +32410,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3202 \"springls.h\"\n",
+    "#line 3237 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32177,7 +32454,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3281 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32192,7 +32469,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3261 \"springls.h\"\n",
+    "#line 3296 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32236,7 +32513,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3305 \"springls.h\"\n",
+    "#line 3340 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32315,7 +32592,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3384 \"springls.h\"\n",
+    "#line 3419 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32330,7 +32607,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3400 \"springls.h\"\n",
+    "#line 3435 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32397,7 +32674,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3467 \"springls.h\"\n",
+    "#line 3502 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32412,7 +32689,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3482 \"springls.h\"\n",
+    "#line 3517 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32479,7 +32756,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3550 \"springls.h\"\n",
+    "#line 3585 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -32860,7 +33137,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3932 \"springls.h\"\n",
+    "#line 3967 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -33564,7 +33841,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4637 \"springls.h\"\n",
+    "#line 4672 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -33824,7 +34101,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4898 \"springls.h\"\n",
+    "#line 4933 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34026,7 +34303,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5101 \"springls.h\"\n",
+    "#line 5136 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34143,7 +34420,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5219 \"springls.h\"\n",
+    "#line 5254 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34340,7 +34617,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5416 \"springls.h\"\n",
+    "#line 5451 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34355,7 +34632,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5432 \"springls.h\"\n",
+    "#line 5467 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34549,7 +34826,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5626 \"springls.h\"\n",
+    "#line 5661 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34564,7 +34841,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5641 \"springls.h\"\n",
+    "#line 5676 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34758,7 +35035,269 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6471 \"springls.h\"\n",
+    "#line 6466 \"springls.h\"\n",
+    "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
+    "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
+    "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
+    "\n",
+    "/* ---- chunks: one element adds up one chunk of an array (args.chunk) ---- */\n",
+    "\n",
+    "/* Returns the sum of two counts, or the largest number where that is more. */\n",
+    "SPRINGLS__MATHS uint32_t springls__add_counts(uint32_t a, uint32_t b) { return a + b < a ? 0xffffffffu : a + b; }\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)\n",
+    "{\n",
+    "    return springls__imin((i + 1) * chunk.size, chunk.count);\n",
+    "}\n",
+    "\n",
+    "/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */\n",
+    "SPRINGLS__MATHS uint32_t springls__prefix_sums(SPRINGLS__GLOBAL uint32_t *numbers, int count, int stride, uint32_t sum)\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = 0; k < count * stride; k += stride) {\n",
+    "        uint32_t number = numbers[k];\n",
+    "        numbers[k] = sum;\n",
+    "        sum = springls__add_counts(sum, number);\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Returns an array of numbers: a scratch array or brick_list_first. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__numbers(const springls__model *model, int array)\n",
+    "{\n",
+    "    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
+    "}\n",
+    "\n",
+    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL const uint8_t *springls__bytes(const springls__model *model, int array)\n",
+    "{\n",
+    "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
+    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
+    "    return (SPRINGLS__GLOBAL const uint8_t *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
+    "}\n",
+    "\n",
+    "/* Writes the sum of chunk i to sums[i]. */\n",
+    "SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint32_t *numbers = springls__numbers(model, args.chunk.array);\n",
+    "    uint32_t sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        sum = springls__add_counts(sum, numbers[k]);\n",
+    "    model->work.sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
+    "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);\n",
+    "}\n",
+    "\n",
+    "/* Replaces each number of chunk i by the sum of those before it. */\n",
+    "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);\n",
+    "    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);\n",
+    "}\n",
+    "\n",
+    "/* Counts the bytes of chunk i that are args.chunk.value. */\n",
+    "SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint8_t *bytes = springls__bytes(model, args.chunk.array);\n",
+    "    uint32_t sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
+    "        if (bytes[k] == args.chunk.value) sum++;\n",
+    "    model->work.sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */\n",
+    "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const float *values = (SPRINGLS__GLOBAL const float *)springls__numbers(model, args.chunk.array);\n",
+    "    float largest = 0.0f;\n",
+    "    uint32_t more = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
+    "        largest = springls__max(largest, values[k]);\n",
+    "        if (values[k] > args.chunk.limit) more++;\n",
+    "    }\n",
+    "    model->work.sums[2 * i] = springls__float_bits(largest);\n",
+    "    model->work.sums[2 * i + 1] = more;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    float largest = 0.0f;\n",
+    "    uint32_t more = 0;\n",
+    "    int k;\n",
+    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
+    "        largest = springls__max(largest, springls__float_of_bits((int32_t)model->work.sums[2 * k]));\n",
+    "        more += model->work.sums[2 * k + 1];\n",
+    "    }\n",
+    "    model->work.counts[args.chunk.place + i] = springls__float_bits(largest);\n",
+    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    model->work.counts[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* Sorts numbers ascending, by gaps that shrink. */\n",
+    "SPRINGLS__MATHS void springls__sort(SPRINGLS__GLOBAL uint32_t *ids, uint32_t count)\n",
+    "{\n",
+    "    uint32_t gap = 1, i, k, id;\n",
+    "    while (gap < count / 3u) gap = 3u * gap + 1u;\n",
+    "    for (; gap > 0u; gap /= 3u)\n",
+    "        for (i = gap; i < count; i++) {\n",
+    "            id = ids[i];\n",
+    "            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];\n",
+    "            ids[k] = id;\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
+    "}\n",
+    "\n",
+    "/* Takes a bounding radius into the largest of those in cells: floats above 0 are ordered as their bits are. */\n",
+    "SPRINGLS__INNER void springls__raise_radius(const springls__model *model, float radius)\n",
+    "{\n",
+    "    SPRINGLS__RAISE(model->work.counts + SPRINGLS__COUNT_RADIUS, springls__float_bits(radius));\n",
+    "}\n",
+    "\n",
+    "/* Counts springl i in its cell, or among those in no cell, and there also when it is outside active bricks. */\n",
+    "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const uint32_t key = model->cells.key[i];\n",
+    "    (void)args;\n",
+    "    if (springls__is_in_cell(key)) {\n",
+    "        springls__count_in_cell(model, i);\n",
+    "        springls__raise_radius(model, model->set.s[i].bounding_radius);\n",
+    "        return;\n",
+    "    }\n",
+    "    SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_UNBINNED);\n",
+    "    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_OUTSIDE);\n",
+    "}\n",
+    "\n",
+    "/* Finds the largest radius anew after triangles have changed; counts a springl that has become too large for its cell, or is no\n",
+    "   longer, or is outside: the list is to be built anew then. */\n",
+    "SPRINGLS__MATHS void springls__cells_radius_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const float radius = model->set.s[i].bounding_radius;\n",
+    "    (void)args;\n",
+    "    if (springls__is_in_cell(model->cells.key[i]) == springls__is_large(radius))\n",
+    "        SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_UNBINNED);\n",
+    "    else if (springls__is_in_cell(model->cells.key[i])) springls__raise_radius(model, radius);\n",
+    "}\n",
+    "\n",
+    "/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */\n",
+    "SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint32_t *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
+    "    int c;\n",
+    "    (void)args;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];\n",
+    "    if (i == 0) springls__fill_last_places(model);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__put_in_cell(model, i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
+    "    int c;\n",
+    "    uint32_t k;\n",
+    "    (void)args;\n",
+    "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
+    "    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)\n",
+    "        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    model->cells.brick_list_first[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__count_in_brick_lists(model, args.brick_list.margin, i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__put_in_brick_lists(model, args.brick_list.margin, i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t first = model->cells.brick_list_first[i];\n",
+    "    (void)args;\n",
+    "    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);\n",
+    "}\n",
+    "\n",
+    "/* ---- springls that stay: springls__constellation_compact ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "/* Moves springls by way of a spare copy: where one goes another may not have left yet. */\n",
+    "SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)\n",
+    "        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__record_store(model, i, model->work.spare[i]);\n",
+    "}\n",
+    "#line 6729 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -34784,7 +35323,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6498 \"springls.h\"\n",
+    "#line 6756 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -34872,7 +35411,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6587 \"springls.h\"\n",
+    "#line 6845 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -35012,7 +35551,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6728 \"springls.h\"\n",
+    "#line 6986 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -35117,7 +35656,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6834 \"springls.h\"\n",
+    "#line 7092 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -35349,7 +35888,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7067 \"springls.h\"\n",
+    "#line 7325 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -35379,7 +35918,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7097 \"springls.h\"\n",
+    "#line 7355 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35394,7 +35933,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7113 \"springls.h\"\n",
+    "#line 7371 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35563,7 +36102,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7282 \"springls.h\"\n",
+    "#line 7540 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35578,7 +36117,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7297 \"springls.h\"\n",
+    "#line 7555 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -35747,7 +36286,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7466 \"springls.h\"\n",
+    "#line 7724 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35801,7 +36340,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7521 \"springls.h\"\n",
+    "#line 7779 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35827,7 +36366,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7547 \"springls.h\"\n",
+    "#line 7805 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35842,7 +36381,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7563 \"springls.h\"\n",
+    "#line 7821 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35925,7 +36464,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7646 \"springls.h\"\n",
+    "#line 7904 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35940,7 +36479,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7661 \"springls.h\"\n",
+    "#line 7919 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36023,7 +36562,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7744 \"springls.h\"\n",
+    "#line 8002 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -36097,7 +36636,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7819 \"springls.h\"\n",
+    "#line 8077 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -36650,7 +37189,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8373 \"springls.h\"\n",
+    "#line 8631 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -36746,7 +37285,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8470 \"springls.h\"\n",
+    "#line 8728 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36867,7 +37406,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8592 \"springls.h\"\n",
+    "#line 8850 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37148,7 +37687,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8874 \"springls.h\"\n",
+    "#line 9132 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37234,7 +37773,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8961 \"springls.h\"\n",
+    "#line 9219 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -37377,7 +37916,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9105 \"springls.h\"\n",
+    "#line 9363 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -37566,7 +38105,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9295 \"springls.h\"\n",
+    "#line 9553 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -37691,7 +38230,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9421 \"springls.h\"\n",
+    "#line 9679 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -37725,7 +38264,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9456 \"springls.h\"\n",
+    "#line 9714 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -38263,7 +38802,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9995 \"springls.h\"\n",
+    "#line 10253 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -38413,7 +38952,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10146 \"springls.h\"\n",
+    "#line 10404 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -38517,7 +39056,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10251 \"springls.h\"\n",
+    "#line 10509 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -38614,7 +39153,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10349 \"springls.h\"\n",
+    "#line 10607 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -39152,7 +39691,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10888 \"springls.h\"\n",
+    "#line 11146 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39230,7 +39769,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10967 \"springls.h\"\n",
+    "#line 11225 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -39479,7 +40018,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11217 \"springls.h\"\n",
+    "#line 11475 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -39512,7 +40051,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11251 \"springls.h\"\n",
+    "#line 11509 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -39537,14 +40076,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11277 \"springls.h\"\n",
+    "#line 11535 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11284 \"springls.h\"\n",
+    "#line 11542 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39559,7 +40098,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11300 \"springls.h\"\n",
+    "#line 11558 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39685,7 +40224,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11426 \"springls.h\"\n",
+    "#line 11684 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39700,7 +40239,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11441 \"springls.h\"\n",
+    "#line 11699 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39826,7 +40365,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11568 \"springls.h\"\n",
+    "#line 11826 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -40118,7 +40657,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11861 \"springls.h\"\n",
+    "#line 12119 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -40175,8 +40714,35 @@ static const char *const springls__kernel_lines[] = {
     "    X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \\\n",
     "    X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \\\n",
     "    X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \\\n",
+    "    X(scan_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                 \\\n",
+    "    X(scan_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                          \\\n",
+    "    X(scan_apply, LISTS, 1, 0) /* and the array that it is given */                                                              \\\n",
+    "    X(count_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                \\\n",
+    "    X(largest_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                              \\\n",
+    "    X(largest_sums, LISTS, 1, SPRINGLS__BIT(COUNTS))                                                                             \\\n",
+    "    X(counts_clear, LISTS, 16, SPRINGLS__BIT(COUNTS))                                                                            \\\n",
+    "    X(cells_clear, LISTS, 64, SPRINGLS__BIT(CELL))                                                                               \\\n",
+    "    X(cells_prefix, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__ROLE_BIT(cell_count))                                             \\\n",
+    "    X(cells_base, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(PLACES))                                                        \\\n",
+    "    X(cells_sort, LISTS, 64, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                                                         \\\n",
+    "    X(unbinned_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(unbinned_number))                                                           \\\n",
+    "    X(unbinned_scatter, LISTS, 4096, SPRINGLS__BIT(UNBINNED))                                                                    \\\n",
+    "    X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \\\n",
+    "    X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \\\n",
+    "    X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \\\n",
+    "    X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \\\n",
+    "    X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \\\n",
+    "    X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \\\n",
     "    X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
+    "\n",
+    "/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */\n",
+    "#define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \\\n",
+    "    X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \\\n",
+    "    X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \\\n",
+    "    X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \\\n",
+    "    X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \\\n",
+    "    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))\n",
     "\n",
     "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
@@ -40214,20 +40780,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
     "   program, elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
-    "    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \\\n",
-    "    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \\\n",
-    "    X(counts_clear, LISTS, 16)                                                                                                   \\\n",
-    "    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \\\n",
-    "    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \\\n",
-    "    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \\\n",
     "    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \\\n",
     "    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \\\n",
     "    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \\\n",
-    "    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \\\n",
-    "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
-    "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 24211 \"springls.h\"\n",
+    "#line 24454 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -41248,7 +41805,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25233 \"springls.h\"\n",
+    "#line 25476 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -41834,7 +42391,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 25820 \"springls.h\"\n",
+    "#line 26063 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -42430,212 +42987,26 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 42434 \"springls.h\"\n",
-    "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
-    "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
-    "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
-    "\n",
-    "/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }\n",
-    "\n",
-    "SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)\n",
-    "{\n",
-    "    return springls__imin((i + 1) * chunk.size, chunk.count);\n",
-    "}\n",
-    "\n",
-    "/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */\n",
-    "SPRINGLS__MATHS uint springls__prefix_sums(__global uint *numbers, int count, int stride, uint sum)\n",
-    "{\n",
-    "    int k;\n",
-    "    for (k = 0; k < count * stride; k += stride) {\n",
-    "        uint number = numbers[k];\n",
-    "        numbers[k] = sum;\n",
-    "        sum += number;\n",
-    "    }\n",
-    "    return sum;\n",
-    "}\n",
-    "\n",
-    "/* Returns an array of numbers: a scratch array or brick_list_first. */\n",
-    "SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)\n",
-    "{\n",
-    "    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;\n",
-    "    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
-    "}\n",
-    "\n",
-    "/* Returns an array of bytes: a scratch array, edge or awake. */\n",
-    "SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)\n",
-    "{\n",
-    "    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;\n",
-    "    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;\n",
-    "    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];\n",
-    "}\n",
-    "\n",
-    "/* Writes the sum of chunk i to sums[i]. */\n",
-    "SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    __global const uint *numbers = springls__numbers(model, args.chunk.array);\n",
-    "    uint sum = 0;\n",
-    "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += numbers[k];\n",
-    "    model->work.sums[i] = sum;\n",
-    "}\n",
-    "\n",
-    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
-    "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);\n",
-    "}\n",
-    "\n",
-    "/* Replaces each number of chunk i by the sum of those before it. */\n",
-    "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);\n",
-    "    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);\n",
-    "}\n",
-    "\n",
-    "/* Counts the bytes of chunk i that are args.chunk.value. */\n",
-    "SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    __global const uchar *bytes = springls__bytes(model, args.chunk.array);\n",
-    "    uint sum = 0;\n",
-    "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)\n",
-    "        if (bytes[k] == args.chunk.value) sum++;\n",
-    "    model->work.sums[i] = sum;\n",
-    "}\n",
-    "\n",
-    "/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */\n",
-    "SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);\n",
-    "    float largest = 0.0f;\n",
-    "    uint more = 0;\n",
-    "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
-    "        largest = springls__max(largest, values[k]);\n",
-    "        if (values[k] > args.chunk.limit) more++;\n",
-    "    }\n",
-    "    ((__global float *)model->work.sums)[2 * i] = largest;\n",
-    "    model->work.sums[2 * i + 1] = more;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    float largest = 0.0f;\n",
-    "    uint more = 0;\n",
-    "    int k;\n",
-    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
-    "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
-    "        more += model->work.sums[2 * k + 1];\n",
-    "    }\n",
-    "    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;\n",
-    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    model->work.counts[i] = 0u;\n",
-    "}\n",
-    "\n",
-    "/* Sorts numbers ascending, by gaps that shrink. */\n",
-    "SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)\n",
-    "{\n",
-    "    uint gap = 1, i, k, id;\n",
-    "    while (gap < count / 3u) gap = 3u * gap + 1u;\n",
-    "    for (; gap > 0u; gap /= 3u)\n",
-    "        for (i = gap; i < count; i++) {\n",
-    "            id = ids[i];\n",
-    "            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];\n",
-    "            ids[k] = id;\n",
-    "        }\n",
-    "}\n",
-    "\n",
-    "/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
-    "}\n",
-    "\n",
-    "/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. The\n",
-    "   largest bounding radius of those in cells goes to counts[1], for floats above 0 are ordered as their bits are. */\n",
-    "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const uint key = model->cells.key[i];\n",
-    "    (void)args;\n",
-    "    if (springls__is_in_cell(key)) {\n",
-    "        springls__count_in_cell(model, i);\n",
-    "        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));\n",
-    "        return;\n",
-    "    }\n",
-    "    SPRINGLS__NEXT(model->work.counts + 2);\n",
-    "    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);\n",
-    "}\n",
-    "\n",
-    "/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */\n",
-    "SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
-    "    int c;\n",
-    "    (void)args;\n",
-    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__put_in_cell(model, i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
-    "    int c;\n",
-    "    uint k;\n",
-    "    (void)args;\n",
-    "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
-    "    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)\n",
-    "        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);\n",
-    "    if (i == 0) springls__fill_last_places(model);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint)i;\n",
-    "}\n",
+    "#line 42991 \"springls.h\"\n",
+    "/* collectives.cl - how a device changes which bricks are active: items flag the bricks to have, then chunks of the top table count and\n",
+    "   scan them. */\n",
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
     "\n",
     "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
     "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    if (i == 0) model->work.counts[3] = 0u;\n",
+    "    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;\n",
     "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "/* Flags a brick; counts it in counts[3] when the top table does not have it. */\n",
+    "/* Flags a brick; counts it as beyond when the top table does not have it. */\n",
     "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int place[3], axis;\n",
     "    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;\n",
-    "    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + 3);\n",
+    "    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);\n",
     "    else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);\n",
     "}\n",
     "\n",
@@ -42703,7 +43074,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. Counts\n",
-    "   those to add at an end of the table in counts[3]. */\n",
+    "   those to add at an end of the table as beyond it. */\n",
     "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint dropped = 0, added = 0, active = 0;\n",
@@ -42713,17 +43084,18 @@ static const char *const springls__kernel_lines[] = {
     "        dropped += there && !wanted ? 1u : 0u;\n",
     "        added += wanted && !there ? 1u : 0u;\n",
     "        active += wanted ? 1u : 0u;\n",
-    "        if (wanted && !there && springls__at_table_end(&model->grid, b)) SPRINGLS__NEXT(model->work.counts + 3);\n",
+    "        if (wanted && !there && springls__at_table_end(&model->grid, b))\n",
+    "            SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);\n",
     "    }\n",
     "    model->work.sums[3 * i] = dropped;\n",
     "    model->work.sums[3 * i + 1] = added;\n",
     "    model->work.sums[3 * i + 2] = active;\n",
     "}\n",
     "\n",
-    "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */\n",
+    "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; counts the sum of all. */\n",
     "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    model->work.counts[i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
+    "    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -42755,59 +43127,6 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    (void)args;\n",
     "    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);\n",
-    "}\n",
-    "\n",
-    "/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__brick_rank(model)[model->grid.active[i]] = (uint)i;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    model->cells.brick_list_first[i] = 0u;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__count_in_brick_lists(model, args.brick_list.margin, i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__put_in_brick_lists(model, args.brick_list.margin, i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint first = model->cells.brick_list_first[i];\n",
-    "    (void)args;\n",
-    "    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);\n",
-    "}\n",
-    "\n",
-    "/* ---- springls that stay: springls__constellation_compact ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;\n",
-    "}\n",
-    "\n",
-    "/* Moves springls by way of a spare copy: where one goes another may not have left yet. */\n",
-    "SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)\n",
-    "        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
@@ -43542,6 +43861,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BRICK_ENTRY(name, program, grain, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(name, program, grain) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__ORDERED_KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__DEVICE_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",

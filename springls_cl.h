@@ -229,7 +229,7 @@ typedef struct springls__cl_kernel { const char *name; springls__program program
 static const springls__cl_kernel springls__cl_kernels[] = {
 #define SPRINGLS__CL_KERNEL(name, program, grain, writes) { #name, SPRINGLS__PROGRAM_##program, grain, false },
     SPRINGLS__KERNELS(SPRINGLS__CL_KERNEL) SPRINGLS__SIMD_KERNELS(SPRINGLS__CL_KERNEL)
-    SPRINGLS__DEVICE_KERNELS(SPRINGLS__CL_KERNEL)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__CL_KERNEL) SPRINGLS__ORDERED_KERNELS(SPRINGLS__CL_KERNEL)
 #undef SPRINGLS__CL_KERNEL
 #define SPRINGLS__CL_BRICK(name, program, grain, writes, floats) { #name, SPRINGLS__PROGRAM_##program, grain, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_BRICK)
@@ -440,91 +440,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
 SPRINGLS__FN springls_status springls__cl_reserve(springls_context *ctx, uint64_t writes)
 {
-    SPRINGLS__TRY(springls__reserve_counts(ctx));
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
-}
-
-/* Reads the first `number` counts of collectives, and the late ones: the one place where the host waits for the device. */
-SPRINGLS__FN springls_status springls__cl_counted(springls_context *ctx, int number, uint32_t *counts)
-{
-    uint32_t all[SPRINGLS__COUNTS];
-    SPRINGLS__TRY(springls__cl_download(ctx, ctx->memory[SPRINGLS__ARRAY_COUNTS].device, sizeof all, all, "counts"));
-    memcpy(counts, all, (size_t)number * sizeof *counts);
-    springls__take_counts(ctx, all);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__cl_read_counts(springls_context *ctx)
-{
-    uint32_t none;
-    return springls__cl_counted(ctx, 0, &none);
-}
-
-/* Divides the first `count` elements of an array into chunks. place: in COUNTS, of what they add up to. */
-SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int count, int place)
-{
-    springls__arguments args;
-    memset(&args, 0, sizeof args);
-    args.chunk.array = (int)array;
-    args.chunk.size = springls__imax((count + SPRINGLS__CHUNKS - 1) / SPRINGLS__CHUNKS, 64);
-    args.chunk.count = count;
-    args.chunk.place = place;
-    args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
-    return args;
-}
-
-SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, springls__array array, int count, uint8_t value,
-                                                   int place)
-{
-    springls__arguments args = springls__cl_chunks(array, count, place);
-    args.chunk.value = value;
-    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, args.chunk.chunks, &args));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args);
-}
-
-SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float limit, int place)
-{
-    springls__arguments args = springls__cl_chunks(array, count, place);
-    args.chunk.limit = limit;
-    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args);
-}
-
-/* Replaces each of the first `count` numbers of an array that is on the device by the sum of those before it; the sum of all goes
-   to counts[place]. */
-SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, springls__array array, int count, int place)
-{
-    springls__arguments args = springls__cl_chunks(array, count, place);
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, args.chunk.chunks, &args));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, args.chunk.chunks, &args); /* alone changes the numbers */
-}
-
-SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, springls__array array, int count, int place)
-{
-    SPRINGLS__TRY(springls__cl_reserve(ctx, (uint64_t)1 << array));
-    return springls__cl_prefix(ctx, array, count, place);
-}
-
-SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context *ctx)
-{
-    int count = ctx->model.set.count, kept;
-    uint32_t counts[1];
-    if (count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__SET_BITS | SPRINGLS__ROLE_BIT(stay_number) | SPRINGLS__BIT(SPARE)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, 0));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 1, counts));
-    kept = (int)counts[0];
-    if (kept == count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_out, count, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_in, kept, NULL));
-    ctx->model.set.count = kept;
-    return SPRINGLS_OK;
 }
 
 /* Flags bricks by the kernel `mark` over `count` elements, and with `keep` the active ones; counts the bricks to drop, to add,
@@ -533,6 +449,7 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
                                                       const springls__arguments *chunks, uint32_t counts[4])
 {
     springls__arguments args;
+    int i;
     args.brick_flag.keep = keep;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_FLAG)));
@@ -540,7 +457,9 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
     SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, chunks));
-    return springls__cl_counted(ctx, 4, counts);
+    springls__note_counts(ctx, SPRINGLS__COUNT_BRICKS, 4);
+    for (i = 0; i < 4; i++) counts[i] = springls__count_found(ctx, (springls__late_count)(SPRINGLS__COUNT_BRICKS + i));
+    return ctx->on_device ? SPRINGLS_OK : SPRINGLS_DEVICE_FAILED;
 }
 
 /* Extends the top table to all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
@@ -556,13 +475,13 @@ SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0), args;
+    springls__arguments chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), SPRINGLS__COUNT_BRICKS), args;
     uint32_t counts[4];
     int dropped, added;
     SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
     if (counts[3] > 0) {
         SPRINGLS__TRY(springls__cl_widen_table(ctx));
-        chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0);
+        chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), SPRINGLS__COUNT_BRICKS);
         SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
     }
     dropped = (int)counts[0];
@@ -616,72 +535,9 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Finds the keys of all springls, and counts: of particles outside active bricks, the largest bounding radius (its bits), and of
-   springls in no cell. */
-SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
-{
-    const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES)
-                        | SPRINGLS__BIT(UNBINNED);
-    int springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cl_reserve(ctx, list));
-    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, NULL));
-    return springls__cl_counted(ctx, 3, counts);
-}
-
-SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
-{
-    int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(cell_count)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(cell_count), bricks, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_scatter, springls, NULL));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_sort, bricks, NULL);
-}
-
-SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
-{
-    springls__cell_list *cells = &ctx->model.cells;
-    int springls = ctx->model.set.count;
-    uint32_t counts[3];
-    SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
-    ctx->particles_outside = (int)counts[0];
-    memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
-    cells->unbinned_count = (int)counts[2];
-    SPRINGLS__TRY(springls__cl_cells_fill(ctx));
-    if (cells->unbinned_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, unbinned_number, springls));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(unbinned_number)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_unbinned_flag, springls, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(unbinned_number), springls, 0));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_unbinned_scatter, springls, NULL);
-}
-
 SPRINGLS__FN springls_status springls__cl_add_outside_bricks(springls_context *ctx)
 {
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_outside, ctx->model.set.count, true);
-}
-
-SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ctx, float margin)
-{
-    int springls = ctx->model.set.count, bricks = ctx->model.grid.active_count;
-    springls__arguments args;
-    uint32_t total;
-    args.brick_list.margin = margin;
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__ROLE_BIT(brick_rank)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 2, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, &args));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2, 0));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, &args));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, NULL);
 }
 
 /* ---- compiled programs that are kept ---- */
@@ -1181,16 +1037,9 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->upload = springls__cl_upload;
     base->finish = springls__cl_finish;
     base->run = springls__cl_launch;
-    base->count_of = springls__cl_count_of;
-    base->largest = springls__cl_largest;
-    base->scan = springls__cl_scan;
-    base->read_counts = springls__cl_read_counts;
-    base->constellation_compact = springls__cl_constellation_compact;
-    base->cell_list_build = springls__cl_cell_list_build;
     base->add_outside_bricks = springls__cl_add_outside_bricks;
     base->cell_list_cover_around = springls__cl_cell_list_cover_around;
     base->band_move = springls__cl_band_move;
-    base->brick_lists_build = springls__cl_brick_lists_build;
     base->bricks_around_springls = springls__cl_bricks_around_springls;
     base->resolve_regions = springls__cl_resolve_regions;
 }

@@ -1,208 +1,22 @@
-/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,
-   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,
-   places follow from scans over chunks, and numbers are sorted within each list. */
-
-/* ---- chunks: one work item adds up one chunk of an array (args.chunk) ---- */
-
-SPRINGLS__MATHS int springls__chunk_begin(springls__chunk_arguments chunk, int i) { return i * chunk.size; }
-
-SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)
-{
-    return springls__imin((i + 1) * chunk.size, chunk.count);
-}
-
-/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */
-SPRINGLS__MATHS uint springls__prefix_sums(__global uint *numbers, int count, int stride, uint sum)
-{
-    int k;
-    for (k = 0; k < count * stride; k += stride) {
-        uint number = numbers[k];
-        numbers[k] = sum;
-        sum += number;
-    }
-    return sum;
-}
-
-/* Returns an array of numbers: a scratch array or brick_list_first. */
-SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)
-{
-    if (array == SPRINGLS__ARRAY_BRICK_LIST_FIRST) return model->cells.brick_list_first;
-    return (__global uint *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
-}
-
-/* Returns an array of bytes: a scratch array, edge or awake. */
-SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int array)
-{
-    if (array == SPRINGLS__ARRAY_EDGE) return model->set.edge;
-    if (array == SPRINGLS__ARRAY_AWAKE) return model->grid.awake;
-    return (__global const uchar *)model->work.scratch[array - SPRINGLS__ARRAY_SCRATCH0];
-}
-
-/* Writes the sum of chunk i to sums[i]. */
-SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__arguments args, int i)
-{
-    __global const uint *numbers = springls__numbers(model, args.chunk.array);
-    uint sum = 0;
-    int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) sum += numbers[k];
-    model->work.sums[i] = sum;
-}
-
-/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */
-SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
-{
-    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);
-}
-
-/* Replaces each number of chunk i by the sum of those before it. */
-SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)
-{
-    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);
-    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);
-}
-
-/* Counts the bytes of chunk i that are args.chunk.value. */
-SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__arguments args, int i)
-{
-    __global const uchar *bytes = springls__bytes(model, args.chunk.array);
-    uint sum = 0;
-    int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++)
-        if (bytes[k] == args.chunk.value) sum++;
-    model->work.sums[i] = sum;
-}
-
-/* Finds the largest float of chunk i, at least 0, and counts those above the limit. */
-SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__arguments args, int i)
-{
-    __global const float *values = (__global const float *)springls__numbers(model, args.chunk.array);
-    float largest = 0.0f;
-    uint more = 0;
-    int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
-        largest = springls__max(largest, values[k]);
-        if (values[k] > args.chunk.limit) more++;
-    }
-    ((__global float *)model->work.sums)[2 * i] = largest;
-    model->work.sums[2 * i + 1] = more;
-}
-
-SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__arguments args, int i)
-{
-    float largest = 0.0f;
-    uint more = 0;
-    int k;
-    for (k = 0; k < args.chunk.chunks; k++) {
-        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);
-        more += model->work.sums[2 * k + 1];
-    }
-    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;
-    model->work.counts[args.chunk.place + i + 1] = more;
-}
-
-SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->work.counts[i] = 0u;
-}
-
-/* Sorts numbers ascending, by gaps that shrink. */
-SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
-{
-    uint gap = 1, i, k, id;
-    while (gap < count / 3u) gap = 3u * gap + 1u;
-    for (; gap > 0u; gap /= 3u)
-        for (i = gap; i < count; i++) {
-            id = ids[i];
-            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];
-            ids[k] = id;
-        }
-}
-
-/* ---- springls by cells (section 4.8): springls__cell_list_build ---- */
-
-SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-}
-
-/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. The
-   largest bounding radius of those in cells goes to counts[1], for floats above 0 are ordered as their bits are. */
-SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
-{
-    const uint key = model->cells.key[i];
-    (void)args;
-    if (springls__is_in_cell(key)) {
-        springls__count_in_cell(model, i);
-        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));
-        return;
-    }
-    SPRINGLS__NEXT(model->work.counts + 2);
-    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);
-}
-
-/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */
-SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__cell_count(model)[i] = springls__scan_cells(springls__cells_of(&model->grid, model->grid.active[i]), 0u);
-}
-
-SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__arguments args, int i)
-{
-    __global uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
-    int c;
-    (void)args;
-    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] += springls__cell_count(model)[i];
-}
-
-SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__put_in_cell(model, i);
-}
-
-SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__arguments args, int i)
-{
-    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
-    int c;
-    uint k;
-    (void)args;
-    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
-    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)
-        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);
-    if (i == 0) springls__fill_last_places(model);
-}
-
-SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;
-}
-
-SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint)i;
-}
+/* collectives.cl - how a device changes which bricks are active: items flag the bricks to have, then chunks of the top table count and
+   scan them. */
 
 /* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
 
 /* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
 SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
 {
-    if (i == 0) model->work.counts[3] = 0u;
+    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;
     model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
-/* Flags a brick; counts it in counts[3] when the top table does not have it. */
+/* Flags a brick; counts it as beyond when the top table does not have it. */
 SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
     int place[3], axis;
     for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;
-    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + 3);
+    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);
     else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);
 }
 
@@ -270,7 +84,7 @@ SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
 }
 
 /* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. Counts
-   those to add at an end of the table in counts[3]. */
+   those to add at an end of the table as beyond it. */
 SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
     uint dropped = 0, added = 0, active = 0;
@@ -280,17 +94,18 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
         dropped += there && !wanted ? 1u : 0u;
         added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
-        if (wanted && !there && springls__at_table_end(&model->grid, b)) SPRINGLS__NEXT(model->work.counts + 3);
+        if (wanted && !there && springls__at_table_end(&model->grid, b))
+            SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);
     }
     model->work.sums[3 * i] = dropped;
     model->work.sums[3 * i + 1] = added;
     model->work.sums[3 * i + 2] = active;
 }
 
-/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */
+/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; counts the sum of all. */
 SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
-    model->work.counts[i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
+    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
 }
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)
@@ -322,57 +137,4 @@ SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model,
 {
     (void)args;
     springls__fill_new_brick(&model->grid, model->work.new_slots[i]);
-}
-
-/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */
-
-SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__brick_rank(model)[model->grid.active[i]] = (uint)i;
-}
-
-SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    model->cells.brick_list_first[i] = 0u;
-}
-
-SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__count_in_brick_lists(model, args.brick_list.margin, i);
-}
-
-SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__put_in_brick_lists(model, args.brick_list.margin, i);
-}
-
-SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__arguments args, int i)
-{
-    uint first = model->cells.brick_list_first[i];
-    (void)args;
-    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);
-}
-
-/* ---- springls that stay: springls__constellation_compact ---- */
-
-SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__stay_number(model)[i] = springls__contract_action(model)[i] != SPRINGLS__REMOVE ? 1u : 0u;
-}
-
-/* Moves springls by way of a spare copy: where one goes another may not have left yet. */
-SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    if (springls__contract_action(model)[i] != SPRINGLS__REMOVE)
-        model->work.spare[springls__stay_number(model)[i]] = springls__record_load(model, i);
-}
-
-SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__arguments args, int i)
-{
-    (void)args;
-    springls__record_store(model, i, model->work.spare[i]);
 }

@@ -5,6 +5,7 @@
 #define SPRINGLS__KERNEL_DEVICE_KERNELS_H
 
 #include "../model/cell_list.h"
+#include "../model/collectives.h"
 #include "../model/model.h"
 #include "../model/neighbors.h"
 #include "../stages/advect.h"
@@ -81,8 +82,35 @@
     X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
     X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
     X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \
+    X(scan_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                 \
+    X(scan_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                          \
+    X(scan_apply, LISTS, 1, 0) /* and the array that it is given */                                                              \
+    X(count_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                                \
+    X(largest_chunk, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                              \
+    X(largest_sums, LISTS, 1, SPRINGLS__BIT(COUNTS))                                                                             \
+    X(counts_clear, LISTS, 16, SPRINGLS__BIT(COUNTS))                                                                            \
+    X(cells_clear, LISTS, 64, SPRINGLS__BIT(CELL))                                                                               \
+    X(cells_prefix, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__ROLE_BIT(cell_count))                                             \
+    X(cells_base, LISTS, 64, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(PLACES))                                                        \
+    X(cells_sort, LISTS, 64, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                                                         \
+    X(unbinned_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(unbinned_number))                                                           \
+    X(unbinned_scatter, LISTS, 4096, SPRINGLS__BIT(UNBINNED))                                                                    \
+    X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
+    X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
+    X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
+    X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \
+    X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \
+    X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \
     X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
+
+/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */
+#define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \
+    X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \
+    X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \
+    X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \
+    X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \
+    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
@@ -120,18 +148,9 @@
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \
-    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \
-    X(counts_clear, LISTS, 16)                                                                                                   \
-    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \
-    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \
-    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \
     X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
     X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
     X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
-    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \
-    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \
-    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \
     X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 #endif

@@ -19,6 +19,8 @@
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
+  /* Raises a number in global memory to at least `number`; work items may meet there. */
+  #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
@@ -37,6 +39,7 @@
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
   #define springls__float_of_bits(bits) as_float(bits)
+  #define springls__float_bits(x) as_uint(x)
   #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))
 #else
   #include <float.h>
@@ -64,6 +67,7 @@
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
+  #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))
   #if defined(__GNUC__)
     #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)
   #else
@@ -77,6 +81,12 @@
       float x;
       memcpy(&x, &bits, sizeof x);
       return x;
+  }
+  SPRINGLS__MATHS uint32_t springls__float_bits(float x)
+  {
+      uint32_t bits;
+      memcpy(&bits, &x, sizeof bits);
+      return bits;
   }
   /* Returns the number of the lowest bit that is set; at least one must be. */
   SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)

@@ -3,6 +3,30 @@
 #ifndef SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
 #define SPRINGLS__KERNEL_MODEL_ARGUMENTS_H
 
+/* Names the numbers in the array COUNTS, which kernels find and the host reads later, several in one reading (launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_OUTSIDE, /* of the cell list: springls outside active bricks */
+    SPRINGLS__COUNT_RADIUS,  /* the largest bounding radius of those in cells, its bits */
+    SPRINGLS__COUNT_UNBINNED,
+    SPRINGLS__COUNT_BRICKS,  /* of bricks: those dropped, added, active and beyond the top table */
+    SPRINGLS__COUNT_BRICKS_ADDED,
+    SPRINGLS__COUNT_BRICKS_ACTIVE,
+    SPRINGLS__COUNT_BRICKS_BEYOND,
+    SPRINGLS__COUNT_NOW,     /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_TURNING,
+    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_DEPARTED,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNTS
+} springls__late_count;
+
 typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
 
 /* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */

@@ -9,73 +9,64 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
-/* Counts the springls of each cell, one place late for the scan, and lists those in no cell. Returns how many of these lie outside
-   active bricks. */
-SPRINGLS__FN int springls__count_cells(springls__model *model)
-{
-    springls__cell_list *cells = &model->cells;
-    int i, outside = 0;
-    cells->bounding_radius = 0.0f;
-    cells->unbinned_count = 0;
-    for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
-    for (i = 0; i < model->set.count; i++) {
-        if (springls__is_in_cell(cells->key[i])) {
-            cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-            springls__count_in_cell(model, i);
-            continue;
-        }
-        cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
-        outside += cells->key[i] == SPRINGLS__OUTSIDE_KEY;
-    }
-    return outside;
-}
-
 /* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become too large, or is no
    longer, or is outside: the list is to be built anew then. */
-SPRINGLS__FN bool springls__update_radii(springls__model *model)
+SPRINGLS__FN bool springls__update_radii(springls_context *ctx)
 {
-    springls__cell_list *cells = &model->cells;
-    float largest = 0.0f;
-    int i;
-    for (i = 0; i < model->set.count; i++) {
-        float radius = model->set.s[i].bounding_radius;
-        if (springls__is_in_cell(cells->key[i]) == springls__is_large(radius)) return false;
-        if (springls__is_in_cell(cells->key[i])) largest = springls__max(largest, radius);
-    }
-    cells->bounding_radius = largest;
+    springls__run(ctx, SPRINGLS__KERNEL_counts_clear, SPRINGLS__COUNT_BRICKS, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_radius, ctx->model.set.count, NULL);
+    springls__note_counts(ctx, SPRINGLS__COUNT_OUTSIDE, SPRINGLS__COUNT_BRICKS);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_UNBINNED) > 0) return false;
+    ctx->model.cells.bounding_radius = springls__float_of_bits((int32_t)springls__count_found(ctx, SPRINGLS__COUNT_RADIUS));
     return true;
+}
+
+/* Finds the cells of all springls and counts them, and those in no cell. */
+SPRINGLS__FN void springls__count_cells(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_counts_clear, SPRINGLS__COUNT_BRICKS, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_clear, ctx->model.grid.active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_count, count, NULL);
+    springls__note_counts(ctx, SPRINGLS__COUNT_OUTSIDE, SPRINGLS__COUNT_BRICKS);
+    ctx->particles_outside = (int)springls__count_found(ctx, SPRINGLS__COUNT_OUTSIDE);
+    ctx->model.cells.bounding_radius = springls__float_of_bits((int32_t)springls__count_found(ctx, SPRINGLS__COUNT_RADIUS));
+    ctx->model.cells.unbinned_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_UNBINNED);
+}
+
+/* Lists the springls that springls__count_cells has counted. */
+SPRINGLS__FN springls_status springls__list_cells(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    const bool sorted = springls__runs_in_order(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
+    springls__run(ctx, SPRINGLS__KERNEL_cells_prefix, bricks, NULL);
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, SPRINGLS__ROLE_ARRAY(cell_count), bricks);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_base, bricks, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_cells_scatter, count, NULL);
+    if (!sorted) springls__run(ctx, SPRINGLS__KERNEL_cells_sort, bricks, NULL);
+    if (ctx->model.cells.unbinned_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, unbinned_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_unbinned_flag, count, NULL);
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, SPRINGLS__ROLE_ARRAY(unbinned_number), count);
+    springls__run(ctx, SPRINGLS__KERNEL_unbinned_scatter, count, NULL);
+    return SPRINGLS_OK;
 }
 
 /* Builds the lists if springls have changed since they were built. ctx->particles_outside: how many lie outside active bricks. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    size_t n = (size_t)ctx->model.set.count;
-    uint32_t before = 0;
-    int i;
+    const size_t n = (size_t)ctx->model.set.count;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
-    if (ctx->on_device) {
-        springls_status status;
-        ctx->particles_listed = false;
-        status = (ctx->backend->cell_list_build)(ctx);
-        ctx->cells_fresh = status == SPRINGLS_OK;
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    if (ctx->particles_listed) {
-        SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-        ctx->cells_fresh = springls__update_radii(&ctx->model);
-        if (ctx->cells_fresh) return SPRINGLS_OK;
-    }
+    ctx->cells_fresh = ctx->particles_listed && springls__update_radii(ctx);
+    if (ctx->cells_fresh) return SPRINGLS_OK;
     ctx->particles_listed = false; /* until all of the list is new */
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL)));
-    ctx->particles_outside = springls__count_cells(&ctx->model);
-    for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
-    for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    springls__fill_last_places(&ctx->model);
+    springls__count_cells(ctx);
+    SPRINGLS__TRY(springls__list_cells(ctx));
+    if (ctx->lost) return ctx->backend_status;
     ctx->cells_fresh = ctx->particles_listed = true;
     return SPRINGLS_OK;
 }

@@ -47,22 +47,35 @@ SPRINGLS__FN void springls__find_sleepers(springls_context *ctx)
     ctx->model.cells.asleep_count = ctx->model.set.count;
 }
 
-/* Drops the springls whose contract_action is REMOVE; the others stay in order. */
-SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
+/* Drops the springls whose contract_action is REMOVE, one after the other. */
+SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 {
     const uint8_t *action = springls__contract_action(&ctx->model);
-    int i, n = 0, count = ctx->model.set.count;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->constellation_compact)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
+    int i, n = 0;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < ctx->model.set.count; i++) {
         if (action[i] == SPRINGLS__REMOVE) continue;
         if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
         n++;
     }
     ctx->model.set.count = n;
+    return SPRINGLS_OK;
+}
+
+/* Drops the springls whose contract_action is REMOVE; the others stay in order. All at once they go by way of a copy. */
+SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    int kept;
+    if (springls__runs_in_order(ctx)) return springls__drop_in_place(ctx);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
+    springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
+    if (kept == count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_compact_out, count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_compact_in, kept, NULL);
+    ctx->model.set.count = kept;
     return SPRINGLS_OK;
 }
 
@@ -88,7 +101,6 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
     springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
     return SPRINGLS_OK;

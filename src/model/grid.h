@@ -106,6 +106,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
+    SPRINGLS__TRY(springls__reserve_counts(ctx));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
     return SPRINGLS_OK;

@@ -105,13 +105,6 @@ SPRINGLS__FN size_t springls__hash3(uint32_t a, uint32_t b, uint32_t c)
     return (size_t)h;
 }
 
-SPRINGLS__FN uint32_t springls__float_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
 /* Returns the size of a hash table for that many entries: a power of two. */
 SPRINGLS__FN size_t springls__table_size(size_t entries)
 {

@@ -93,26 +93,6 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
-/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
-typedef enum springls__late_count {
-    SPRINGLS__COUNT_NOW, /* read at once */
-    SPRINGLS__COUNT_LARGEST,
-    SPRINGLS__COUNT_ABOVE_LIMIT,
-    SPRINGLS__COUNT_TURNING,
-    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
-    SPRINGLS__COUNT_DISPLACEMENT,
-    SPRINGLS__COUNT_DISPLACED,
-    SPRINGLS__COUNT_OPPOSED,
-    SPRINGLS__COUNT_OPPOSED_ASLEEP,
-    SPRINGLS__COUNT_RESHAPED,
-    SPRINGLS__COUNT_DEPARTED,
-    SPRINGLS__COUNT_SPLITS,
-    SPRINGLS__COUNT_LATE
-} springls__late_count;
-
-/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
-enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
-
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -129,18 +109,10 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
-       device array COUNTS, from `place` on. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
-    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
-    springls_status (*constellation_compact)(springls_context *ctx);
-    springls_status (*cell_list_build)(springls_context *ctx);
+       ctx->lost; other failures come from springls__fail. */
     springls_status (*add_outside_bricks)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
-    springls_status (*brick_lists_build)(springls_context *ctx, float margin);
     springls_status (*bricks_around_springls)(springls_context *ctx);
     springls_status (*resolve_regions)(springls_context *ctx);
 };
@@ -284,8 +256,7 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
-    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
-    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
+    uint32_t late_unread;   /* a bit for each count that has been found and not been read (launch.h)            */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;

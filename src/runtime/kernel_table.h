@@ -8,7 +8,7 @@
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
-    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__ORDERED_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -24,6 +24,7 @@ typedef struct springls__kernel_info {
     uint64_t writes;
     bool brick; /* a work group does one                                    */
     int floats; /* of memory that a range needs; 0: what it needs is on the stack */
+    bool ordered; /* elements meet: the host runs them in order             */
 } springls__kernel_info;
 
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */

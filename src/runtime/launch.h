@@ -1,4 +1,4 @@
-/* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
+/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them. */
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 
@@ -9,18 +9,22 @@
 #include "residency.h"
 
 SPRINGLS__KERNELS(SPRINGLS__RANGE)
+SPRINGLS__ORDERED_KERNELS(SPRINGLS__RANGE)
 SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE)
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
+#define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0 },
+#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0, false },
     SPRINGLS__DEVICE_KERNELS(SPRINGLS__DEVICE_FACTS)
 #undef SPRINGLS__DEVICE_FACTS
+#define SPRINGLS__ORDERED_FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0, true },
+    SPRINGLS__ORDERED_KERNELS(SPRINGLS__ORDERED_FACTS)
+#undef SPRINGLS__ORDERED_FACTS
 #define SPRINGLS__BRICK_FACTS(name, program, grain, writes, floats)                                                              \
-    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
+    { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats), false },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
 };
@@ -104,11 +108,17 @@ SPRINGLS__FN springls__kernel_run springls__run_of(const springls_context *ctx, 
     return run;
 }
 
+/* Returns the arrays that a run of a kernel writes: those of its row, and the one that a scan is given. */
+SPRINGLS__FN uint64_t springls__writes_of(springls__kernel kernel, const springls__arguments *args)
+{
+    return springls__kernels[kernel].writes | (kernel == SPRINGLS__KERNEL_scan_apply ? (uint64_t)1 << args->chunk.array : 0);
+}
+
 /* Starts a kernel on the device; fails when that cannot. */
 SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count,
                                                      const springls__arguments *args)
 {
-    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
+    SPRINGLS__TRY(springls__to_device(ctx, springls__writes_of(kernel, args)));
     return (ctx->backend->run)(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
@@ -122,66 +132,72 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
     return false;
 }
 
+/* Returns true when elements that meet do so in order: what they list is sorted then. */
+SPRINGLS__FN bool springls__runs_in_order(const springls_context *ctx) { return !ctx->on_device; }
+
 /* Runs a kernel over elements [0, count). Its failures are those of the device, which the end of the call reports. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     springls__kernel_run run;
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
-    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__writes_of(kernel, args)) != SPRINGLS_OK) return;
     run = springls__run_of(ctx, kernel, args);
-    springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
+    if (run.kernel->ordered) springls__range_work(&run, 0, count, NULL);
+    else springls__do_work(ctx, springls__range_work, &run, (size_t)run.kernel->floats, 0, count, run.kernel->grain);
 }
 
-enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
+/* ---- counts: kernels leave them in the array COUNTS until the host reads all of them at once (springls__late_count) ---- */
 
-/* Reserves the arrays COUNTS and SUMS, in which a device counts and adds up. Without them the functions below fall back to the host. */
+enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that are added up by themselves, at most */
+
+/* Reserves the arrays in which kernels count and add up. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
 }
 
-/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
-
-/* Sets `number` late counts from `late` on to 0. */
-SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+/* Divides the first `count` elements of an array into chunks, on the host into large ones, each worth a thread. late: the count of what
+   they add up to. */
+SPRINGLS__FN springls__arguments springls__chunks_of(const springls_context *ctx, springls__array array, int count,
+                                                     springls__late_count late)
 {
-    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
-    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+    const int least = ctx->on_device ? 64 : 65536;
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    args.chunk.array = (int)array;
+    args.chunk.size = springls__imax((count + SPRINGLS__CHUNKS - 1) / SPRINGLS__CHUNKS, least);
+    args.chunk.count = count;
+    args.chunk.place = (int)late;
+    args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
+    return args;
 }
 
-/* Notes that the device has found so many late counts. */
-SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+/* Notes that `number` counts from `late` on have been found. */
+SPRINGLS__FN void springls__note_counts(springls_context *ctx, springls__late_count late, int number)
 {
     ctx->late_unread |= ((1u << number) - 1u) << late;
 }
 
-/* Returns a late count: the number that springls__count_later or _largest_later has found. Waits for the device, unless the host has
-   read the count already. */
+/* Returns a count that has been found. Waits for the device, unless the host has read the count already. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
-    if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
-    return ctx->late_count[late];
+    if (ctx->late_unread >> late & 1u) {
+        springls__to_host(ctx, SPRINGLS__BIT(COUNTS), 0);
+        ctx->late_unread = 0;
+    }
+    return ctx->lost ? 0u : ctx->model.work.counts[late];
 }
 
 /* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
 SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
                                         uint8_t value)
 {
-    const uint8_t *flags;
-    int i;
-    springls__clear_late(ctx, late, 1);
-    if (count <= 0) return;
-    if (ctx->on_device) {
-        if ((ctx->backend->count_of)(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
-            springls__left_on_device(ctx, late, 1);
-            return;
-        }
-        springls__fall_back_to_host(ctx);
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    args.chunk.value = value;
+    springls__run(ctx, SPRINGLS__KERNEL_count_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_sums, 1, &args);
+    springls__note_counts(ctx, late, 1);
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
@@ -191,38 +207,23 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
 }
 
-/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
-   late counts number `late` and `late` + 1. */
+/* Finds the largest of the first `count` floats of an array, at least 0, and how many are more than the limit, for
+   springls__largest_found: counts number `late` and `late` + 1. */
 SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
                                           float limit)
 {
-    const float *values;
-    float largest = 0.0f;
-    int i;
-    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
-    if (count <= 0) return;
-    if (ctx->on_device) {
-        if ((ctx->backend->largest)(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
-            springls__left_on_device(ctx, late, 2);
-            return;
-        }
-        springls__fall_back_to_host(ctx);
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        largest = springls__max(largest, values[i]);
-        ctx->late_count[late + 1] += values[i] > limit;
-    }
-    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    args.chunk.limit = limit;
+    springls__run(ctx, SPRINGLS__KERNEL_largest_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_largest_sums, 1, &args);
+    springls__note_counts(ctx, late, 2);
 }
 
 SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
 {
-    uint32_t bits = springls__count_found(ctx, late);
     springls__largest found;
-    memcpy(&found.value, &bits, sizeof found.value);
-    found.more = (int)ctx->late_count[late + 1];
+    found.value = springls__float_of_bits((int32_t)springls__count_found(ctx, late));
+    found.more = (int)springls__count_found(ctx, (springls__late_count)(late + 1));
     return found;
 }
 
@@ -233,36 +234,15 @@ SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, spr
     return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
-/* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
-SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
-{
-    uint64_t sum = 0;
-    int i;
-    for (i = 0; i < count; i++) {
-        uint32_t number = numbers[i];
-        numbers[i] = (uint32_t)sum;
-        sum += number;
-    }
-    return sum;
-}
-
 /* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
    is for springls__scan_found. */
-SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
-                                                  int count)
+SPRINGLS__FN void springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array, int count)
 {
-    uint64_t sum;
-    springls__clear_late(ctx, late, 1);
-    if (count <= 0) return SPRINGLS_OK;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->scan)(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
-        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
-    sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
-    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
-    return SPRINGLS_OK;
+    springls__arguments args = springls__chunks_of(ctx, array, count, late);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_chunk, args.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_sums, 1, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_scan_apply, args.chunk.chunks, &args); /* alone changes the numbers */
+    springls__note_counts(ctx, late, 1);
 }
 
 /* Writes the sum of springls__scan_later to *total; fails when it is more than an int holds. */
@@ -279,7 +259,7 @@ SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springl
    more than an int holds. */
 SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
 {
-    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count);
     return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
 }
 

@@ -43,15 +43,6 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     return SPRINGLS_OK;
 }
 
-/* Takes the late counts that have not been read from a copy of the array COUNTS. */
-SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
-{
-    int i;
-    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
-        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
-    ctx->late_unread = 0;
-}
-
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
    host can go on from there. Fails when a copy fails: then the model is lost. */
 SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
@@ -65,8 +56,6 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) (ctx->backend->release)(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
-    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
-    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,

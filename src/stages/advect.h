@@ -243,7 +243,6 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (springls__device_can_displace(motion)) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);

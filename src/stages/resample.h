@@ -15,7 +15,7 @@
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count);
     if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);

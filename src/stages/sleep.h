@@ -20,18 +20,13 @@ SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
     return params->carry_level_set && params->evolve_iterations == 0 && !params->volume_lock;
 }
 
-/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. On the host one after the other, since
-   several may write to one brick. */
+/* Ends the calm of the bricks of springls `first`, ..., first + count - 1 that stir. */
 SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, int count)
 {
     springls__arguments args;
-    int i;
     args.stir.first = first;
     args.stir.which = which;
-    if (count <= 0 || !springls__may_sleep(ctx) || ctx->lost) return;
-    if (springls__ran_on_device(ctx, SPRINGLS__KERNEL_stir, count, &args)) return;
-    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__BIT(CALM)) != SPRINGLS_OK) return;
-    for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
+    if (springls__may_sleep(ctx)) springls__run(ctx, SPRINGLS__KERNEL_stir, count, &args);
 }
 
 /* Lets all bricks fall asleep until a springl moves: the level set is as exact as the input. */

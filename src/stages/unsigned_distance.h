@@ -11,25 +11,20 @@
 /* Lists the springls within `margin` voxels of each active brick, by counting sort: they ascend within a brick. */
 SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
-    const springls__model *model = &ctx->model;
-    const int bricks = model->grid.active_count;
-    uint32_t *first;
-    int i;
+    const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
+    const bool sorted = springls__runs_in_order(ctx);
+    springls__arguments args;
+    int total;
+    args.brick_list.margin = margin;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->brick_lists_build)(ctx, margin);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS)
-                                        | SPRINGLS__ROLE_BIT(brick_rank)));
-    first = model->cells.brick_list_first;
-    memset(first, 0, ((size_t)bricks + 2) * sizeof *first);
-    for (i = 0; i < bricks; i++) springls__brick_rank(model)[model->grid.active[i]] = (uint32_t)i;
-    for (i = 0; i < model->set.count; i++) springls__count_in_brick_lists(model, margin, i);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)springls__prefix_sums(first, bricks + 2) + 1, 0));
-    for (i = 0; i < model->set.count; i++) springls__put_in_brick_lists(model, margin, i);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, ctx->model.grid.slot_count));
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_rank, bricks, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_clear, bricks + 2, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_count, count, &args);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2, &total));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_brick_lists_scatter, count, &args);
+    if (!sorted) springls__run(ctx, SPRINGLS__KERNEL_brick_lists_sort, bricks, NULL);
     return SPRINGLS_OK;
 }
 

@@ -4,21 +4,16 @@
 
 #undef SPRINGLS__BARRIER
 #undef SPRINGLS__NEXT
+#undef SPRINGLS__RAISE
 #define SPRINGLS__BARRIER device_barrier(__FILE__, __LINE__)
 #define SPRINGLS__NEXT(pointer) atomic_add(pointer, 1u)
+#define SPRINGLS__RAISE(pointer, number) atomic_max(pointer, number)
 #define __global
 #define atomic_add(pointer, n) __atomic_fetch_add(pointer, n, __ATOMIC_RELAXED)
 #define atomic_or(pointer, bits) __atomic_fetch_or(pointer, bits, __ATOMIC_RELAXED)
 
 typedef unsigned char uchar;
 typedef unsigned int uint;
-
-static uint as_uint(float x)
-{
-    uint bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 static int atomic_min(volatile int *pointer, int n)
 {
@@ -50,12 +45,14 @@ static uint atomic_max(volatile uint *pointer, uint n)
 SPRINGLS__KERNELS(KERNEL_ELEMENT)
 SPRINGLS__SIMD_KERNELS(KERNEL_ELEMENT)
 SPRINGLS__DEVICE_KERNELS(KERNEL_ELEMENT)
+SPRINGLS__ORDERED_KERNELS(KERNEL_ELEMENT)
 SPRINGLS__COLLECTIVES(KERNEL_ELEMENT)
 
 #define KERNEL_ALONE(name, ...) { #name, name##_element, 0 },
 #define KERNEL_BRICK(name, program, grain, writes, floats) { #name, springls__##name##_element, floats },
 const device_kernel device_kernels[] = {
     SPRINGLS__KERNELS(KERNEL_ALONE) SPRINGLS__SIMD_KERNELS(KERNEL_ALONE) SPRINGLS__DEVICE_KERNELS(KERNEL_ALONE)
+    SPRINGLS__ORDERED_KERNELS(KERNEL_ALONE)
     SPRINGLS__COLLECTIVES(KERNEL_ALONE)
     SPRINGLS__BRICK_KERNELS(KERNEL_BRICK) { NULL, NULL, 0 }
 };

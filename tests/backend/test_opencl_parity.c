@@ -117,17 +117,27 @@ FIXTURE size_t parity_first_difference(const void *a, const void *b, size_t byte
     return i;
 }
 
-/* Whole buffers are compared, not only what is in use: a kernel that writes beyond its elements is found. */
-FIXTURE void parity_compare(const springls_context *ctx, int kernel, void *before[], void *scalar[], void *device[])
+/* Returns true for kernels that list numbers in an order left to chance, or copy springls with the bytes between their members. */
+FIXTURE bool parity_leaves_chance(int kernel)
 {
+    return kernel == SPRINGLS__KERNEL_cells_scatter || kernel == SPRINGLS__KERNEL_brick_lists_scatter
+        || kernel == SPRINGLS__KERNEL_compact_out;
+}
+
+/* Whole buffers are compared, not only what is in use: a kernel that writes beyond its elements is found. */
+FIXTURE void parity_compare(const springls_context *ctx, int kernel, springls__arguments args, void *before[], void *scalar[],
+                            void *device[])
+{
+    const uint64_t writes = springls__writes_of((springls__kernel)kernel, &args);
     int array;
     watch.runs[kernel]++;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         size_t bytes = ctx->memory[array].device_bytes, at;
-        bool listed = springls__kernels[kernel].writes >> array & 1u;
+        bool listed = writes >> array & 1u;
         if (!device[array]) continue;
         if (memcmp(before[array], device[array], bytes) != 0) watch.changed[kernel] |= (uint64_t)1 << array;
-        if ((at = parity_first_difference(scalar[array], device[array], bytes)) < bytes) parity_fault(kernel, array, at, "differs");
+        if ((!listed || !parity_leaves_chance(kernel)) && (at = parity_first_difference(scalar[array], device[array], bytes)) < bytes)
+            parity_fault(kernel, array, at, "differs");
         if (listed) continue;
         if ((at = parity_first_difference(before[array], device[array], bytes)) < bytes)
             parity_fault(kernel, array, at, "is written and not listed");
@@ -147,7 +157,7 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
         parity_limit_kernel(ctx, NULL, args);
     }
     if (status == SPRINGLS_OK) status = parity_download(ctx, device);
-    if (status == SPRINGLS_OK) parity_compare(ctx, kernel, before, scalar, device);
+    if (status == SPRINGLS_OK) parity_compare(ctx, kernel, args, before, scalar, device);
     parity_free(before);
     parity_free(scalar);
     parity_free(device);
@@ -182,6 +192,7 @@ TEST every_kernel_was_seen_to_write_what_it_lists(int kernel)
     snprintf(message, sizeof message, "%s has run", springls__kernels[kernel].name);
     ASSERTm(message, watch.runs[kernel] > 0);
     missing = springls__kernels[kernel].writes & ~watch.changed[kernel];
+    if (kernel == SPRINGLS__KERNEL_cells_sort || kernel == SPRINGLS__KERNEL_brick_lists_sort) missing = 0; /* chance may have sorted */
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
         if (missing >> array & 1u) {
             snprintf(message, sizeof message, "%s has changed %s", springls__kernels[kernel].name, parity_array_name(array));
