@@ -3118,8 +3118,8 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
     /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
-    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
-    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(cell_count, uint32_t, 0)                  /* of an active brick: springls in its cells; scanned: before it              */ \
+    X(unbinned_number, uint32_t, 0)             /* 1 for a springl in no cell; scanned: its number                            */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
@@ -3178,14 +3178,9 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
 
 /* Lists the roles that only host code uses. */
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
-    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
-    /* rebuild, moving the band */                                                                                               \
-    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
-    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
-    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
-    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
+    /* input, combine: bricks to add */                                                                                          \
     X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \
@@ -3652,7 +3647,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \
     X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \
-    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
+    X(BRICK_FLAG, uint8_t, 1, work, brick_flag)     /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
     X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 
@@ -5975,10 +5970,6 @@ struct springls_backend {
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
-    springls_status (*add_outside_bricks)(springls_context *ctx);
-    springls_status (*cell_list_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
-    springls_status (*bricks_around_springls)(springls_context *ctx);
     springls_status (*resolve_regions)(springls_context *ctx);
 };
 
@@ -6670,6 +6661,144 @@ SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *m
 {
     (void)args;
     if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint32_t)i;
+}
+
+/* ---- bricks come and go: those flagged become the active ones (springls__change_bricks) ---- */
+
+/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
+{
+    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;
+    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1 : 0;
+}
+
+/* Flags a brick; counts[BRICKS_BEYOND] becomes 1 when the top table does not have it. */
+SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    int place[3], axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;
+    if (!springls__has_entry(g, place)) SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
+    else SPRINGLS__MARK(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2]), 1);
+}
+
+/* Marks bricks around the one at `origin`. */
+SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint32_t mask)
+{
+    int d, at[3];
+    for (d = 0; d < 27 && mask; d++)
+        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))
+            springls__mark(model, at);
+}
+
+/* Marks the brick of particle i, which is outside all active ones. */
+SPRINGLS__MATHS void springls__mark_outside_element(const springls__model *model, springls__arguments args, int i)
+{
+    int origin[3];
+    (void)args;
+    if (model->cells.key[i] != SPRINGLS__OUTSIDE_KEY) return;
+    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
+    springls__mark(model, origin);
+}
+
+SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)
+{
+    int origin[3];
+    uint32_t mask = springls__bricks_to_cover(model, i, origin);
+    (void)args;
+    springls__mark_around(model, origin, mask);
+}
+
+/* Marks the bricks that the band of active brick i reaches. */
+SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)
+{
+    int origin[3];
+    (void)args;
+    springls__slot_origin(&model->grid, model->grid.active[i], origin);
+    springls__mark_around(model, origin, springls__band_mask(model)[i]);
+}
+
+/* Marks the bricks within the band of springl i. */
+SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__box box = springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f);
+    int lo[3], hi[3], at[3];
+    (void)args;
+    springls__origin_of_place(&model->grid, box.lower, lo);
+    springls__origin_of_place(&model->grid, box.upper, hi);
+    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)
+        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)
+            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);
+}
+
+/* Returns whether a brick beside that of an entry has none. */
+SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
+{
+    int place[3], axis;
+    bool at_end = false;
+    springls__entry_origin(g, entry, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] /= SPRINGLS__BRICK;
+        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
+                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
+    }
+    return at_end;
+}
+
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. One
+   to add at an end of the table counts as beyond it. */
+SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
+{
+    uint32_t dropped = 0, added = 0, active = 0;
+    int b;
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
+        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0;
+        dropped += there && !wanted ? 1u : 0u;
+        added += wanted && !there ? 1u : 0u;
+        active += wanted ? 1u : 0u;
+        if (wanted && !there && springls__at_table_end(&model->grid, b))
+            SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
+    }
+    model->work.sums[3 * i] = dropped;
+    model->work.sums[3 * i + 1] = added;
+    model->work.sums[3 * i + 2] = active;
+}
+
+/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; counts the sum of all. */
+SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
+{
+    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
+}
+
+SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)
+{
+    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;
+    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {
+        slot = model->grid.top[b];
+        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);
+    }
+}
+
+/* Gives new bricks their slots and lists all that are active now. */
+SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__grid *g = &model->grid;
+    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;
+    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {
+        if (!model->work.brick_flag[b]) continue;
+        if (g->top[b] < SPRINGLS__FIRST_SLOT) {
+            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);
+            model->work.new_slots[n++] = slot;
+            springls__add_brick(g, b, slot);
+        }
+        g->active[place++] = g->top[b];
+    }
+}
+
+SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);
 }
 
 /* ---- springls by the bricks they come near: springls__brick_lists_build ---- */
@@ -12188,6 +12317,18 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
     X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
     X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
+    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
+    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
+    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
+    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \
+    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
+    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \
+    X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \
+    X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \
+    X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \
+                          | SPRINGLS__BIT(NEW_SLOTS))                                                                            \
+    X(bricks_fill, LISTS, 16, SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)          \
+                            | SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                            \
     X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \
     X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \
     X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \
@@ -12238,9 +12379,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
-    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
-    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
     X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
@@ -13135,7 +13273,7 @@ SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    int kept;
+    int kept = 0;
     if (springls__runs_in_order(ctx)) return springls__drop_in_place(ctx);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
     springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);
@@ -13657,48 +13795,83 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
-   have any order, repetitions, and bricks that are active already; it is sorted. */
-SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
+/* ---- bricks come and go: begin, flag those to have (springls__mark, brick_flag), count, change ---- */
+
+/* Begins a change: flags the bricks that are active, or none. */
+SPRINGLS__FN springls_status springls__flags_begin(springls_context *ctx, bool keep)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__brick_groups groups = springls__no_groups();
-    int i, n = 0, write, read;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
-    qsort(list, (size_t)count, sizeof *list, springls__compare_int);
-    for (i = 0; i < count; i++)
-        if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
-    if (n == 0) return SPRINGLS_OK;
-    for (i = 0; i < n; i++) springls__keep_brick(g, &groups, list[i]);
-    SPRINGLS__TRY(springls__table_cover(ctx, groups));
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
-    write = g->active_count + n - 1;
-    read = g->active_count - 1;
-    for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = springls__slot_of_new(g, g->free_count, i);
-        while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
-        g->active[write--] = slot;
-        springls__add_brick(g, springls__entry_of_brick(g, list[i]), slot);
-        springls__fill_new_brick(g, slot);
-    }
-    springls__take_slots(g, n);
-    g->active_count += n;
+    const size_t entries = springls__entry_count(&ctx->model.grid);
+    springls__arguments args;
+    args.brick_flag.keep = keep;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries, &args);
     return SPRINGLS_OK;
 }
 
-/* Drops the active slots with keep[i] == 0 (i: place in `active`); their bricks become constant. */
-SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *keep)
+/* Counts the flagged bricks, and those to add and to drop; returns the chunks of the top table that they were counted in. */
+SPRINGLS__FN springls__arguments springls__count_flags(springls_context *ctx)
 {
-    int i, n = 0;
-    for (i = 0; i < g->active_count; i++) {
-        int slot = g->active[i];
-        if (keep[i]) {
-            g->active[n++] = slot;
-            continue;
-        }
-        springls__drop_brick(g, slot, g->free_count++);
+    const int entries = (int)springls__entry_count(&ctx->model.grid);
+    const springls__arguments chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, entries, SPRINGLS__COUNT_BRICKS);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_count, chunks.chunk.chunks, &chunks);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_sums, 3, &chunks);
+    springls__note_counts(ctx, SPRINGLS__COUNT_BRICKS, 4);
+    return chunks;
+}
+
+/* Makes the flagged bricks active, and no others. New ones are filled with the constant that they had; those dropped become constant. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx, springls__arguments chunks)
+{
+    springls__grid *g = &ctx->model.grid;
+    const int dropped = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS);
+    const int added = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED);
+    springls__arguments args;
+    if (dropped + added == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_drop, chunks.chunk.chunks, &chunks);
+    args.brick_add.chunk = chunks.chunk;
+    args.brick_add.free_count = g->free_count + dropped;
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_add, chunks.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_fill, added, NULL);
+    g->free_count += dropped;
+    springls__take_slots(g, added);
+    g->active_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ACTIVE);
+    return SPRINGLS_OK;
+}
+
+/* Activates the bricks that the kernel `mark` flags for `count` elements, and with `keep` leaves those that are active. Where the top
+   table lacks some it is extended first to all that springls, and the bricks around active ones, can need: seldom, and so on the
+   host. */
+SPRINGLS__FN springls_status springls__activate_bricks(springls_context *ctx, springls__kernel mark, int count, bool keep)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
+    springls__arguments chunks;
+    SPRINGLS__TRY(springls__flags_begin(ctx, keep));
+    springls__run(ctx, mark, count, NULL);
+    chunks = springls__count_flags(ctx);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_BEYOND) > 0) {
+        SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
+        SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, true)));
+        SPRINGLS__TRY(springls__flags_begin(ctx, keep));
+        springls__run(ctx, mark, count, NULL);
+        chunks = springls__count_flags(ctx);
     }
-    g->active_count = n;
+    return springls__change_bricks(ctx, chunks);
+}
+
+/* Activates every brick of a list, in any order, and with repetitions; leaves those that are active. */
+SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, const int *list, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__brick_groups groups = springls__no_groups();
+    int i;
+    for (i = 0; i < count; i++) springls__keep_brick(g, &groups, list[i]);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
+    SPRINGLS__TRY(springls__flags_begin(ctx, true));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(PLANE), SPRINGLS__BIT(BRICK_FLAG)));
+    for (i = 0; i < count; i++) ctx->model.work.brick_flag[springls__entry_of_brick(g, list[i])] = 1;
+    return springls__change_bricks(ctx, springls__count_flags(ctx));
 }
 
 /* Copies phi of a grid to phi_ref, in the same slots. Without memory phi_ref stays as it was. */
@@ -14147,33 +14320,12 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 /* cell_bricks.h - makes bricks active that the search for springls needs. Stages do so; readers leave the grid as it is, and build the
    cell list by springls__read_cell_list (solver/follow.h). */
 
-/* Activates the bricks that have a particle. Precondition: the cell list. */
-SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    const springls__cell_list *cells = &ctx->model.cells;
-    int i, n = 0, *missing, origin[3];
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->add_outside_bricks)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(UNBINNED), 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->particles_outside));
-    missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < cells->unbinned_count; i++) {
-        if (cells->key[cells->unbinned[i]] != SPRINGLS__OUTSIDE_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[cells->unbinned[i]].p, origin);
-        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
-    }
-    return springls__grid_add_bricks(ctx, missing, n);
-}
-
 /* Builds the cell list, with all particles in active bricks. */
 SPRINGLS__FN springls_status springls__cell_list_cover(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->particles_outside == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__add_outside_bricks(ctx));
+    SPRINGLS__TRY(springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_outside, ctx->model.set.count, true));
     springls__discard_cell_list(ctx);
     return springls__cell_list_build(ctx);
 }
@@ -14181,28 +14333,9 @@ SPRINGLS__FN springls_status springls__cell_list_cover(springls_context *ctx)
 /* Activates all bricks within one cell of a particle, also of springls that are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->cell_list_cover_around)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
-                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.unbinned_count)));
-    missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.unbinned_count; i++) {
-        int origin[3], at[3];
-        uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
-        for (d = 0; d < 27 && around; d++)
-            if ((around >> d & 1u) && springls__brick_around(g, origin, d, at)
-                && springls__slot_at(g, at[0], at[1], at[2]) < SPRINGLS__FIRST_SLOT)
-                missing[n++] = springls__brick_at(g, at[0], at[1], at[2]);
-    }
-    return springls__grid_add_bricks(ctx, missing, n);
+    return springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_cover,
+                                     ctx->model.grid.active_count + ctx->model.cells.unbinned_count, true);
 }
 
 /* ======== >>forces  (src/stages/forces.h) ====================================================================== */
@@ -16952,7 +17085,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
     const bool sorted = springls__runs_in_order(ctx);
     springls__arguments args;
-    int total;
+    int total = 0;
     args.brick_list.margin = margin;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, ctx->model.grid.slot_count));
@@ -17170,55 +17303,13 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Finds, from band_mask, which active bricks the band reaches (band_keeps), how many they are, and which others it reaches
-   (band_bricks). Returns the number of the latter. */
-SPRINGLS__FN int springls__find_band_bricks(const springls__model *model, int *kept)
+/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. The cell list lives in bricks. */
+SPRINGLS__FN springls_status springls__change_band(springls_context *ctx)
 {
-    const springls__grid *g = &model->grid;
-    const uint32_t *mask = springls__band_mask(model);
-    uint8_t *keep = springls__band_keeps(model);
-    int *rank = springls__band_rank(model), i, d, missing = 0;
-    for (i = 0; i < g->active_count; i++) {
-        rank[g->active[i]] = i;
-        keep[i] = 0;
-    }
-    for (i = 0; i < g->active_count; i++) {
-        int origin[3], at[3];
-        springls__slot_origin(g, g->active[i], origin);
-        for (d = 0; d < 27; d++) {
-            int slot;
-            if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
-            slot = springls__slot_at(g, at[0], at[1], at[2]);
-            if (slot >= SPRINGLS__FIRST_SLOT) keep[rank[slot]] = 1;
-            else springls__band_bricks(model)[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
-        }
-    }
-    for (*kept = i = 0; i < g->active_count; i++) *kept += keep[i];
-    return missing;
-}
-
-/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
-SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int missing, kept;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->band_move)(ctx);
-        springls__discard_cell_list(ctx); /* it lives in the bricks */
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
-                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
-                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
-    missing = springls__find_band_bricks(&ctx->model, &kept);
-    if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
-    springls__discard_cell_list(ctx);
-    springls__grid_drop_bricks(g, springls__band_keeps(&ctx->model));
-    return springls__grid_add_bricks(ctx, springls__band_bricks(&ctx->model), missing);
+    SPRINGLS__TRY(springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_band, ctx->model.grid.active_count, false));
+    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS) + springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED) > 0)
+        springls__discard_cell_list(ctx);
+    return SPRINGLS_OK;
 }
 
 enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
@@ -17226,7 +17317,7 @@ enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
 /* Moves the band to where phi is small now. */
 SPRINGLS__FN springls_status springls__band_follow(springls_context *ctx)
 {
-    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_bricks(ctx);
+    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_band(ctx);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, ctx->model.grid.active_count));
     springls__loop(ctx, SPRINGLS__KERNEL_band, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__BAND_CHANGE);
@@ -17443,35 +17534,11 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
    project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
    cannot reach are outside too. */
 
-/* Activates the bricks within the band of any springl, and no others. */
+/* Activates the bricks within the band of any springl, and no others. Constant bricks and phi are written afterwards. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    int i, entry, entries, count = 0, *list;
-    uint8_t *wanted;
     springls__constellation_changed(ctx);
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->bricks_around_springls)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, false)));
-    entries = (int)springls__entry_count(g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
-    wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)entries);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((entry = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[entry];
-            wanted[entry] = 1;
-        }
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
-    list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < entries; i++)
-        if (wanted[i]) list[count++] = springls__brick_of_entry(g, i);
-    return springls__grid_add_bricks(ctx, list, count);
+    return springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_near, ctx->model.set.count, false);
 }
 
 /* Grows the background through bricks: the coarse levels of the paper, each to its end. The top table stands for the domain, as
@@ -32297,8 +32364,8 @@ static const char *const springls__kernel_lines[] = {
     "    /* built by several stages */                                                                                                \\\n",
     "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
     "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
-    "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
-    "    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
+    "    X(cell_count, uint32_t, 0)                  /* of an active brick: springls in its cells; scanned: before it              */ \\\n",
+    "    X(unbinned_number, uint32_t, 0)             /* 1 for a springl in no cell; scanned: its number                            */ \\\n",
     "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
@@ -32357,14 +32424,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists the roles that only host code uses. */\n",
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
-    "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
     "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
     "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
-    "    /* rebuild, moving the band */                                                                                               \\\n",
-    "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
-    "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
-    "    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \\\n",
-    "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
+    "    /* input, combine: bricks to add */                                                                                          \\\n",
     "    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \\\n",
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \\\n",
@@ -32383,7 +32445,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3204 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32395,7 +32457,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3221 \"springls.h\"\n",
+    "#line 3216 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32410,7 +32472,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3237 \"springls.h\"\n",
+    "#line 3232 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32454,7 +32516,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3281 \"springls.h\"\n",
+    "#line 3276 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32469,7 +32531,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3296 \"springls.h\"\n",
+    "#line 3291 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32513,7 +32575,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3340 \"springls.h\"\n",
+    "#line 3335 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32592,7 +32654,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3419 \"springls.h\"\n",
+    "#line 3414 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32607,7 +32669,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3435 \"springls.h\"\n",
+    "#line 3430 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32674,7 +32736,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3502 \"springls.h\"\n",
+    "#line 3497 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32689,7 +32751,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3517 \"springls.h\"\n",
+    "#line 3512 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32756,7 +32818,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3585 \"springls.h\"\n",
+    "#line 3580 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -32827,7 +32889,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
     "    X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \\\n",
     "    X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \\\n",
-    "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
+    "    X(BRICK_FLAG, uint8_t, 1, work, brick_flag)     /* 1: the brick is to be active                                           */ \\\n",
     "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
     "    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */\n",
     "\n",
@@ -33137,7 +33199,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3967 \"springls.h\"\n",
+    "#line 3962 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -33841,7 +33903,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4672 \"springls.h\"\n",
+    "#line 4667 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -34101,7 +34163,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4933 \"springls.h\"\n",
+    "#line 4928 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34303,7 +34365,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5136 \"springls.h\"\n",
+    "#line 5131 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34420,7 +34482,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5254 \"springls.h\"\n",
+    "#line 5249 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34617,7 +34679,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5451 \"springls.h\"\n",
+    "#line 5446 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34632,7 +34694,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5467 \"springls.h\"\n",
+    "#line 5462 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34826,7 +34888,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5661 \"springls.h\"\n",
+    "#line 5656 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34841,7 +34903,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5676 \"springls.h\"\n",
+    "#line 5671 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35035,7 +35097,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6466 \"springls.h\"\n",
+    "#line 6457 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -35245,6 +35307,144 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint32_t)i;\n",
     "}\n",
     "\n",
+    "/* ---- bricks come and go: those flagged become the active ones (springls__change_bricks) ---- */\n",
+    "\n",
+    "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
+    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;\n",
+    "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "/* Flags a brick; counts[BRICKS_BEYOND] becomes 1 when the top table does not have it. */\n",
+    "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int place[3], axis;\n",
+    "    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;\n",
+    "    if (!springls__has_entry(g, place)) SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);\n",
+    "    else SPRINGLS__MARK(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2]), 1);\n",
+    "}\n",
+    "\n",
+    "/* Marks bricks around the one at `origin`. */\n",
+    "SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint32_t mask)\n",
+    "{\n",
+    "    int d, at[3];\n",
+    "    for (d = 0; d < 27 && mask; d++)\n",
+    "        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))\n",
+    "            springls__mark(model, at);\n",
+    "}\n",
+    "\n",
+    "/* Marks the brick of particle i, which is outside all active ones. */\n",
+    "SPRINGLS__MATHS void springls__mark_outside_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    (void)args;\n",
+    "    if (model->cells.key[i] != SPRINGLS__OUTSIDE_KEY) return;\n",
+    "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
+    "    springls__mark(model, origin);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    uint32_t mask = springls__bricks_to_cover(model, i, origin);\n",
+    "    (void)args;\n",
+    "    springls__mark_around(model, origin, mask);\n",
+    "}\n",
+    "\n",
+    "/* Marks the bricks that the band of active brick i reaches. */\n",
+    "SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
+    "    springls__mark_around(model, origin, springls__band_mask(model)[i]);\n",
+    "}\n",
+    "\n",
+    "/* Marks the bricks within the band of springl i. */\n",
+    "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__box box = springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f);\n",
+    "    int lo[3], hi[3], at[3];\n",
+    "    (void)args;\n",
+    "    springls__origin_of_place(&model->grid, box.lower, lo);\n",
+    "    springls__origin_of_place(&model->grid, box.upper, hi);\n",
+    "    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)\n",
+    "        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)\n",
+    "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a brick beside that of an entry has none. */\n",
+    "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
+    "{\n",
+    "    int place[3], axis;\n",
+    "    bool at_end = false;\n",
+    "    springls__entry_origin(g, entry, place);\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        place[axis] /= SPRINGLS__BRICK;\n",
+    "        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))\n",
+    "                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));\n",
+    "    }\n",
+    "    return at_end;\n",
+    "}\n",
+    "\n",
+    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. One\n",
+    "   to add at an end of the table counts as beyond it. */\n",
+    "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    uint32_t dropped = 0, added = 0, active = 0;\n",
+    "    int b;\n",
+    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
+    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0;\n",
+    "        dropped += there && !wanted ? 1u : 0u;\n",
+    "        added += wanted && !there ? 1u : 0u;\n",
+    "        active += wanted ? 1u : 0u;\n",
+    "        if (wanted && !there && springls__at_table_end(&model->grid, b))\n",
+    "            SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);\n",
+    "    }\n",
+    "    model->work.sums[3 * i] = dropped;\n",
+    "    model->work.sums[3 * i + 1] = added;\n",
+    "    model->work.sums[3 * i + 2] = active;\n",
+    "}\n",
+    "\n",
+    "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; counts the sum of all. */\n",
+    "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;\n",
+    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
+    "        slot = model->grid.top[b];\n",
+    "        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Gives new bricks their slots and lists all that are active now. */\n",
+    "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;\n",
+    "    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {\n",
+    "        if (!model->work.brick_flag[b]) continue;\n",
+    "        if (g->top[b] < SPRINGLS__FIRST_SLOT) {\n",
+    "            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);\n",
+    "            model->work.new_slots[n++] = slot;\n",
+    "            springls__add_brick(g, b, slot);\n",
+    "        }\n",
+    "        g->active[place++] = g->top[b];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    (void)args;\n",
+    "    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);\n",
+    "}\n",
+    "\n",
     "/* ---- springls by the bricks they come near: springls__brick_lists_build ---- */\n",
     "\n",
     "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -35297,7 +35497,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6729 \"springls.h\"\n",
+    "#line 6858 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -35323,7 +35523,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6756 \"springls.h\"\n",
+    "#line 6885 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -35411,7 +35611,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6845 \"springls.h\"\n",
+    "#line 6974 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -35551,7 +35751,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6986 \"springls.h\"\n",
+    "#line 7115 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -35656,7 +35856,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7092 \"springls.h\"\n",
+    "#line 7221 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -35888,7 +36088,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7325 \"springls.h\"\n",
+    "#line 7454 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -35918,7 +36118,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7355 \"springls.h\"\n",
+    "#line 7484 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35933,7 +36133,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7371 \"springls.h\"\n",
+    "#line 7500 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36102,7 +36302,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7540 \"springls.h\"\n",
+    "#line 7669 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36117,7 +36317,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7555 \"springls.h\"\n",
+    "#line 7684 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36286,7 +36486,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7724 \"springls.h\"\n",
+    "#line 7853 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -36340,7 +36540,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7779 \"springls.h\"\n",
+    "#line 7908 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -36366,7 +36566,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7805 \"springls.h\"\n",
+    "#line 7934 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36381,7 +36581,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7821 \"springls.h\"\n",
+    "#line 7950 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36464,7 +36664,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7904 \"springls.h\"\n",
+    "#line 8033 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36479,7 +36679,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7919 \"springls.h\"\n",
+    "#line 8048 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36562,7 +36762,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8002 \"springls.h\"\n",
+    "#line 8131 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -36636,7 +36836,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8077 \"springls.h\"\n",
+    "#line 8206 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -37189,7 +37389,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8631 \"springls.h\"\n",
+    "#line 8760 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -37285,7 +37485,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8728 \"springls.h\"\n",
+    "#line 8857 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -37406,7 +37606,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8850 \"springls.h\"\n",
+    "#line 8979 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37687,7 +37887,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9132 \"springls.h\"\n",
+    "#line 9261 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37773,7 +37973,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9219 \"springls.h\"\n",
+    "#line 9348 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -37916,7 +38116,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9363 \"springls.h\"\n",
+    "#line 9492 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -38105,7 +38305,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9553 \"springls.h\"\n",
+    "#line 9682 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -38230,7 +38430,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9679 \"springls.h\"\n",
+    "#line 9808 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -38264,7 +38464,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9714 \"springls.h\"\n",
+    "#line 9843 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -38802,7 +39002,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10253 \"springls.h\"\n",
+    "#line 10382 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -38952,7 +39152,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10404 \"springls.h\"\n",
+    "#line 10533 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -39056,7 +39256,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10509 \"springls.h\"\n",
+    "#line 10638 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -39153,7 +39353,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10607 \"springls.h\"\n",
+    "#line 10736 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -39691,7 +39891,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11146 \"springls.h\"\n",
+    "#line 11275 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39769,7 +39969,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11225 \"springls.h\"\n",
+    "#line 11354 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -40018,7 +40218,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11475 \"springls.h\"\n",
+    "#line 11604 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -40051,7 +40251,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11509 \"springls.h\"\n",
+    "#line 11638 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -40076,14 +40276,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11535 \"springls.h\"\n",
+    "#line 11664 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11542 \"springls.h\"\n",
+    "#line 11671 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40098,7 +40298,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11558 \"springls.h\"\n",
+    "#line 11687 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40224,7 +40424,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11684 \"springls.h\"\n",
+    "#line 11813 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40239,7 +40439,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11699 \"springls.h\"\n",
+    "#line 11828 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40365,7 +40565,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11826 \"springls.h\"\n",
+    "#line 11955 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -40657,7 +40857,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12119 \"springls.h\"\n",
+    "#line 12248 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -40730,6 +40930,18 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \\\n",
     "    X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \\\n",
     "    X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \\\n",
+    "    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \\\n",
+    "    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \\\n",
+    "    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \\\n",
+    "    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \\\n",
+    "    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \\\n",
+    "    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \\\n",
+    "    X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \\\n",
+    "    X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \\\n",
+    "    X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \\\n",
+    "                          | SPRINGLS__BIT(NEW_SLOTS))                                                                            \\\n",
+    "    X(bricks_fill, LISTS, 16, SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)          \\\n",
+    "                            | SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                            \\\n",
     "    X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \\\n",
     "    X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \\\n",
     "    X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \\\n",
@@ -40780,11 +40992,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
     "   program, elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
-    "    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \\\n",
-    "    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \\\n",
-    "    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 24454 \"springls.h\"\n",
+    "#line 24521 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -41805,7 +42014,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25476 \"springls.h\"\n",
+    "#line 25543 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -42391,7 +42600,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26063 \"springls.h\"\n",
+    "#line 26130 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -42987,147 +43196,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 42991 \"springls.h\"\n",
-    "/* collectives.cl - how a device changes which bricks are active: items flag the bricks to have, then chunks of the top table count and\n",
-    "   scan them. */\n",
-    "\n",
-    "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
-    "\n",
-    "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
-    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;\n",
-    "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
-    "}\n",
-    "\n",
-    "/* Flags a brick; counts it as beyond when the top table does not have it. */\n",
-    "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int place[3], axis;\n",
-    "    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;\n",
-    "    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);\n",
-    "    else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);\n",
-    "}\n",
-    "\n",
-    "/* Marks bricks around the one at `origin`. */\n",
-    "SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const int origin[3], uint mask)\n",
-    "{\n",
-    "    int d, at[3];\n",
-    "    for (d = 0; d < 27 && mask; d++)\n",
-    "        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))\n",
-    "            springls__mark(model, at);\n",
-    "}\n",
-    "\n",
-    "/* Marks the brick of particle i, which is outside all active ones. */\n",
-    "SPRINGLS__MATHS void springls__mark_outside_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    int origin[3];\n",
-    "    (void)args;\n",
-    "    if (model->cells.key[i] != SPRINGLS__OUTSIDE_KEY) return;\n",
-    "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
-    "    springls__mark(model, origin);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    int origin[3];\n",
-    "    uint mask = springls__bricks_to_cover(model, i, origin);\n",
-    "    (void)args;\n",
-    "    springls__mark_around(model, origin, mask);\n",
-    "}\n",
-    "\n",
-    "/* Marks the bricks that the band of active brick i reaches. */\n",
-    "SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    int origin[3];\n",
-    "    (void)args;\n",
-    "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "    springls__mark_around(model, origin, springls__band_mask(model)[i]);\n",
-    "}\n",
-    "\n",
-    "/* Marks the bricks within the band of springl i. */\n",
-    "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__box box = springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f);\n",
-    "    int lo[3], hi[3], at[3];\n",
-    "    (void)args;\n",
-    "    springls__origin_of_place(&model->grid, box.lower, lo);\n",
-    "    springls__origin_of_place(&model->grid, box.upper, hi);\n",
-    "    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)\n",
-    "        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)\n",
-    "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
-    "}\n",
-    "\n",
-    "/* Returns whether a brick beside that of an entry has none. */\n",
-    "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
-    "{\n",
-    "    int place[3], axis;\n",
-    "    bool at_end = false;\n",
-    "    springls__entry_origin(g, entry, place);\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        place[axis] /= SPRINGLS__BRICK;\n",
-    "        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))\n",
-    "                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));\n",
-    "    }\n",
-    "    return at_end;\n",
-    "}\n",
-    "\n",
-    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. Counts\n",
-    "   those to add at an end of the table as beyond it. */\n",
-    "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    uint dropped = 0, added = 0, active = 0;\n",
-    "    int b;\n",
-    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
-    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->work.brick_flag[b] != 0u;\n",
-    "        dropped += there && !wanted ? 1u : 0u;\n",
-    "        added += wanted && !there ? 1u : 0u;\n",
-    "        active += wanted ? 1u : 0u;\n",
-    "        if (wanted && !there && springls__at_table_end(&model->grid, b))\n",
-    "            SPRINGLS__NEXT(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND);\n",
-    "    }\n",
-    "    model->work.sums[3 * i] = dropped;\n",
-    "    model->work.sums[3 * i + 1] = added;\n",
-    "    model->work.sums[3 * i + 2] = active;\n",
-    "}\n",
-    "\n",
-    "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; counts the sum of all. */\n",
-    "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    int place = model->grid.free_count + (int)model->work.sums[3 * i], b, slot;\n",
-    "    for (b = springls__chunk_begin(args.chunk, i); b < springls__chunk_end(args.chunk, i); b++) {\n",
-    "        slot = model->grid.top[b];\n",
-    "        if (slot >= SPRINGLS__FIRST_SLOT && !model->work.brick_flag[b]) springls__drop_brick(&model->grid, slot, place++);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Gives new bricks their slots and lists all that are active now. */\n",
-    "SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int n = (int)model->work.sums[3 * i + 1], place = (int)model->work.sums[3 * i + 2], b;\n",
-    "    for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {\n",
-    "        if (!model->work.brick_flag[b]) continue;\n",
-    "        if (g->top[b] < SPRINGLS__FIRST_SLOT) {\n",
-    "            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);\n",
-    "            model->work.new_slots[n++] = slot;\n",
-    "            springls__add_brick(g, b, slot);\n",
-    "        }\n",
-    "        g->active[place++] = g->top[b];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    (void)args;\n",
-    "    springls__fill_new_brick(&model->grid, model->work.new_slots[i]);\n",
-    "}\n",
+    "#line 43200 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -443,83 +443,6 @@ SPRINGLS__FN springls_status springls__cl_reserve(springls_context *ctx, uint64_
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
 }
 
-/* Flags bricks by the kernel `mark` over `count` elements, and with `keep` the active ones; counts the bricks to drop, to add,
-   active then, and those that the top table has no room for. */
-SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, springls__collective mark, int count, bool keep,
-                                                      const springls__arguments *chunks, uint32_t counts[4])
-{
-    springls__arguments args;
-    int i;
-    args.brick_flag.keep = keep;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)chunks->chunk.count, 0));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_FLAG)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, chunks->chunk.count, &args));
-    SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, chunks));
-    springls__note_counts(ctx, SPRINGLS__COUNT_BRICKS, 4);
-    for (i = 0; i < 4; i++) counts[i] = springls__count_found(ctx, (springls__late_count)(SPRINGLS__COUNT_BRICKS + i));
-    return ctx->on_device ? SPRINGLS_OK : SPRINGLS_DEVICE_FAILED;
-}
-
-/* Extends the top table to all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
-SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
-{
-    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
-    SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
-    if (!ctx->on_device) return SPRINGLS_DEVICE_FAILED; /* it has fallen back to the host */
-    return springls__table_cover(ctx, springls__groups_of_model(&ctx->model, true));
-}
-
-/* Activates the flagged bricks, and no others. */
-SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
-{
-    springls__grid *g = &ctx->model.grid;
-    springls__arguments chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), SPRINGLS__COUNT_BRICKS), args;
-    uint32_t counts[4];
-    int dropped, added;
-    SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
-    if (counts[3] > 0) {
-        SPRINGLS__TRY(springls__cl_widen_table(ctx));
-        chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), SPRINGLS__COUNT_BRICKS);
-        SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
-    }
-    dropped = (int)counts[0];
-    added = (int)counts[1];
-    if (dropped + added == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks.chunk.chunks, &chunks));
-    ctx->lost = true; /* the host cannot finish half a change */
-    args.brick_add.chunk = chunks.chunk;
-    args.brick_add.free_count = g->free_count + dropped;
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks.chunk.chunks, &args));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, added, NULL));
-    ctx->lost = false;
-    g->free_count += dropped;
-    springls__take_slots(g, added);
-    g->active_count = (int)counts[2];
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__cl_cell_list_cover_around(springls_context *ctx)
-{
-    int elements = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_cover, elements, true);
-}
-
-SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
-{
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_band, ctx->model.grid.active_count, false);
-}
-
-/* Leaves constant bricks and phi as they are: both are written afterwards. */
-SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_context *ctx)
-{
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_near, ctx->model.set.count, false);
-}
-
 SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
 {
     static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
@@ -533,11 +456,6 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
     SPRINGLS__TRY(springls__cl_reserve(ctx, writes));
     for (i = 0; i < sizeof kernels / sizeof *kernels; i++) SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, NULL));
     return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__cl_add_outside_bricks(springls_context *ctx)
-{
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_outside, ctx->model.set.count, true);
 }
 
 /* ---- compiled programs that are kept ---- */
@@ -1037,10 +955,6 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->upload = springls__cl_upload;
     base->finish = springls__cl_finish;
     base->run = springls__cl_launch;
-    base->add_outside_bricks = springls__cl_add_outside_bricks;
-    base->cell_list_cover_around = springls__cl_cell_list_cover_around;
-    base->band_move = springls__cl_band_move;
-    base->bricks_around_springls = springls__cl_bricks_around_springls;
     base->resolve_regions = springls__cl_resolve_regions;
 }
 

@@ -3,7 +3,6 @@
 #ifndef SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
 #define SPRINGLS__KERNEL_DEVICE_ENTRY_POINTS_CL
 
-#include "collectives.cl"
 #include "displace_simd.cl"
 #include "kernels.h"
 #include "regions.cl"

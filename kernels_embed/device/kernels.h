@@ -98,6 +98,18 @@
     X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
     X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
     X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
+    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
+    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
+    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
+    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \
+    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
+    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \
+    X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \
+    X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \
+    X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \
+                          | SPRINGLS__BIT(NEW_SLOTS))                                                                            \
+    X(bricks_fill, LISTS, 16, SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)          \
+                            | SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                            \
     X(compact_flag, LISTS, 4096, SPRINGLS__ROLE_BIT(stay_number))                                                                \
     X(compact_out, LISTS, 256, SPRINGLS__BIT(SPARE))                                                                             \
     X(compact_in, LISTS, 256, SPRINGLS__SET_BITS)                                                                                \
@@ -148,9 +160,6 @@
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
-    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
-    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
     X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 #endif

@@ -81,7 +81,7 @@
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
     X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \
     X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \
-    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
+    X(BRICK_FLAG, uint8_t, 1, work, brick_flag)     /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
     X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
 

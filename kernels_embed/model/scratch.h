@@ -9,8 +9,8 @@
     /* built by several stages */                                                                                                \
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
-    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
-    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(cell_count, uint32_t, 0)                  /* of an active brick: springls in its cells; scanned: before it              */ \
+    X(unbinned_number, uint32_t, 0)             /* 1 for a springl in no cell; scanned: its number                            */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
@@ -69,14 +69,9 @@
 
 /* Lists the roles that only host code uses. */
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
-    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
     X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
-    /* rebuild, moving the band */                                                                                               \
-    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
-    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
-    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
-    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
+    /* input, combine: bricks to add */                                                                                          \
     X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \

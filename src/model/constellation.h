@@ -66,7 +66,7 @@ SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    int kept;
+    int kept = 0;
     if (springls__runs_in_order(ctx)) return springls__drop_in_place(ctx);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
     springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);

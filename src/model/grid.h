@@ -120,48 +120,83 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
     g->slot_count += n - reused;
 }
 
-/* Gives every brick of a list a slot, filled with the constant that the brick had; keeps `active` ordered by brick. The list may
-   have any order, repetitions, and bricks that are active already; it is sorted. */
-SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
+/* ---- bricks come and go: begin, flag those to have (springls__mark, brick_flag), count, change ---- */
+
+/* Begins a change: flags the bricks that are active, or none. */
+SPRINGLS__FN springls_status springls__flags_begin(springls_context *ctx, bool keep)
 {
-    springls__grid *g = &ctx->model.grid;
-    springls__brick_groups groups = springls__no_groups();
-    int i, n = 0, write, read;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
-    qsort(list, (size_t)count, sizeof *list, springls__compare_int);
-    for (i = 0; i < count; i++)
-        if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
-    if (n == 0) return SPRINGLS_OK;
-    for (i = 0; i < n; i++) springls__keep_brick(g, &groups, list[i]);
-    SPRINGLS__TRY(springls__table_cover(ctx, groups));
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
-    write = g->active_count + n - 1;
-    read = g->active_count - 1;
-    for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = springls__slot_of_new(g, g->free_count, i);
-        while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
-        g->active[write--] = slot;
-        springls__add_brick(g, springls__entry_of_brick(g, list[i]), slot);
-        springls__fill_new_brick(g, slot);
-    }
-    springls__take_slots(g, n);
-    g->active_count += n;
+    const size_t entries = springls__entry_count(&ctx->model.grid);
+    springls__arguments args;
+    args.brick_flag.keep = keep;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries, &args);
     return SPRINGLS_OK;
 }
 
-/* Drops the active slots with keep[i] == 0 (i: place in `active`); their bricks become constant. */
-SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *keep)
+/* Counts the flagged bricks, and those to add and to drop; returns the chunks of the top table that they were counted in. */
+SPRINGLS__FN springls__arguments springls__count_flags(springls_context *ctx)
 {
-    int i, n = 0;
-    for (i = 0; i < g->active_count; i++) {
-        int slot = g->active[i];
-        if (keep[i]) {
-            g->active[n++] = slot;
-            continue;
-        }
-        springls__drop_brick(g, slot, g->free_count++);
+    const int entries = (int)springls__entry_count(&ctx->model.grid);
+    const springls__arguments chunks = springls__chunks_of(ctx, SPRINGLS__ARRAY_TOP, entries, SPRINGLS__COUNT_BRICKS);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_count, chunks.chunk.chunks, &chunks);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_sums, 3, &chunks);
+    springls__note_counts(ctx, SPRINGLS__COUNT_BRICKS, 4);
+    return chunks;
+}
+
+/* Makes the flagged bricks active, and no others. New ones are filled with the constant that they had; those dropped become constant. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx, springls__arguments chunks)
+{
+    springls__grid *g = &ctx->model.grid;
+    const int dropped = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS);
+    const int added = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED);
+    springls__arguments args;
+    if (dropped + added == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_drop, chunks.chunk.chunks, &chunks);
+    args.brick_add.chunk = chunks.chunk;
+    args.brick_add.free_count = g->free_count + dropped;
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_add, chunks.chunk.chunks, &args);
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_fill, added, NULL);
+    g->free_count += dropped;
+    springls__take_slots(g, added);
+    g->active_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ACTIVE);
+    return SPRINGLS_OK;
+}
+
+/* Activates the bricks that the kernel `mark` flags for `count` elements, and with `keep` leaves those that are active. Where the top
+   table lacks some it is extended first to all that springls, and the bricks around active ones, can need: seldom, and so on the
+   host. */
+SPRINGLS__FN springls_status springls__activate_bricks(springls_context *ctx, springls__kernel mark, int count, bool keep)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
+    springls__arguments chunks;
+    SPRINGLS__TRY(springls__flags_begin(ctx, keep));
+    springls__run(ctx, mark, count, NULL);
+    chunks = springls__count_flags(ctx);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_BEYOND) > 0) {
+        SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
+        SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, true)));
+        SPRINGLS__TRY(springls__flags_begin(ctx, keep));
+        springls__run(ctx, mark, count, NULL);
+        chunks = springls__count_flags(ctx);
     }
-    g->active_count = n;
+    return springls__change_bricks(ctx, chunks);
+}
+
+/* Activates every brick of a list, in any order, and with repetitions; leaves those that are active. */
+SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, const int *list, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__brick_groups groups = springls__no_groups();
+    int i;
+    for (i = 0; i < count; i++) springls__keep_brick(g, &groups, list[i]);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
+    SPRINGLS__TRY(springls__flags_begin(ctx, true));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(PLANE), SPRINGLS__BIT(BRICK_FLAG)));
+    for (i = 0; i < count; i++) ctx->model.work.brick_flag[springls__entry_of_brick(g, list[i])] = 1;
+    return springls__change_bricks(ctx, springls__count_flags(ctx));
 }
 
 /* Copies phi of a grid to phi_ref, in the same slots. Without memory phi_ref stays as it was. */

@@ -110,10 +110,6 @@ struct springls_backend {
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
        ctx->lost; other failures come from springls__fail. */
-    springls_status (*add_outside_bricks)(springls_context *ctx);
-    springls_status (*cell_list_cover_around)(springls_context *ctx);
-    springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
-    springls_status (*bricks_around_springls)(springls_context *ctx);
     springls_status (*resolve_regions)(springls_context *ctx);
 };
 

@@ -14,7 +14,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     const int count = ctx->model.set.count, bricks = ctx->model.grid.active_count;
     const bool sorted = springls__runs_in_order(ctx);
     springls__arguments args;
-    int total;
+    int total = 0;
     args.brick_list.margin = margin;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, ctx->model.grid.slot_count));

@@ -15,35 +15,11 @@
 #include "rebuild.h"
 #include "unsigned_distance.h"
 
-/* Activates the bricks within the band of any springl, and no others. */
+/* Activates the bricks within the band of any springl, and no others. Constant bricks and phi are written afterwards. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    int i, entry, entries, count = 0, *list;
-    uint8_t *wanted;
     springls__constellation_changed(ctx);
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->bricks_around_springls)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, false)));
-    entries = (int)springls__entry_count(g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
-    wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)entries);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((entry = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[entry];
-            wanted[entry] = 1;
-        }
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
-    list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < entries; i++)
-        if (wanted[i]) list[count++] = springls__brick_of_entry(g, i);
-    return springls__grid_add_bricks(ctx, list, count);
+    return springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_near, ctx->model.set.count, false);
 }
 
 /* Grows the background through bricks: the coarse levels of the paper, each to its end. The top table stands for the domain, as

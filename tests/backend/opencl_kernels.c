@@ -33,7 +33,6 @@ static uint atomic_max(volatile uint *pointer, uint n)
 
 #include "kernels_embed/device/kernels.h"
 #include "device_velocity.h"
-#include "kernels_embed/device/collectives.cl"
 #include "kernels_embed/device/regions.cl"
 
 #define KERNEL_ELEMENT(name, ...)                                                                            \

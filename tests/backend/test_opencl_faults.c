@@ -598,7 +598,7 @@ TEST a_failure_names_the_last_kernels(void)
     ASSERT_OK(fault_context(reliable, &log, &bench));
     stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, 0);
     ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(bench.ctx));
-    ASSERT_STR_EQ("opencl: counts: out of device resources (-5); last started: cells_count, cells_clear, counts_clear; "
+    ASSERT_STR_EQ("opencl: download: out of device resources (-5); last started: cells_count, cells_clear, counts_clear; "
                   "going on without the device",
                   springls_last_error(bench.ctx));
     springls_destroy(bench.ctx);

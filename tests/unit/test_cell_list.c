@@ -288,7 +288,10 @@ TEST bricks_come_and_go(void)
             keep[i] = fixture_bits() % 3u != 0;
             if (!keep[i]) present[g->slot_brick[g->active[i]]] = 0;
         }
-        springls__grid_drop_bricks(g, keep);
+        ASSERT_OK(springls__flags_begin(ctx, true));
+        for (i = 0; i < g->active_count; i++)
+            ctx->model.work.brick_flag[springls__entry_of_brick(g, g->slot_brick[g->active[i]])] = keep[i];
+        ASSERT_OK(springls__change_bricks(ctx, springls__count_flags(ctx)));
         for (i = 0; i < 125; i++) /* what went is constant, on the side it was on */
             if (!present[i] && springls__slot_of_brick(g, i) != SPRINGLS__OUTSIDE)
                 ASSERT(springls__slot_of_brick(g, i) == SPRINGLS__INSIDE && i % 2 == 1);
