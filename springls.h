@@ -690,11 +690,12 @@
      >>overlap:kernel       kernels_embed/stages/overlap.h
      >>project_brick:kernel kernels_embed/stages/project_brick.h
      >>rebuild:kernel       kernels_embed/stages/rebuild.h
+     >>regions:kernel       kernels_embed/stages/regions.h
+     >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
+     >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
      >>sleep:kernel         kernels_embed/stages/sleep.h
      >>specks:kernel        kernels_embed/stages/specks.h
      >>topology:kernel      kernels_embed/stages/topology.h
-     >>unsigned_distance:kernel kernels_embed/stages/unsigned_distance.h
-     >>unsigned_to_signed:kernel kernels_embed/stages/unsigned_to_signed.h
      >>window:kernel        kernels_embed/stages/window.h
      >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
@@ -2239,6 +2240,10 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   /* Raises a number in global memory to at least `number`; work items may meet there. */
   #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)
+  /* Reads an int, lowers one to at most `number` with *before as it was, adds to one; work items may meet there. */
+  #define SPRINGLS__READ(pointer) atomic_or(pointer, 0)
+  #define SPRINGLS__LOWER(before, pointer, number) ((before) = atomic_min(pointer, number))
+  #define SPRINGLS__ADD(pointer, number) atomic_add(pointer, number)
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
@@ -2286,6 +2291,10 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))
+  #define SPRINGLS__READ(pointer) (*(pointer))
+  #define SPRINGLS__LOWER(before, pointer, number) \
+      ((before) = *(pointer), *(pointer) = (number) < (before) ? (number) : (before))
+  #define SPRINGLS__ADD(pointer, number) (*(pointer) += (number))
   #if defined(__GNUC__)
     #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)
   #else
@@ -3163,7 +3172,7 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
     /* unsigned_to_signed */                                                                                                     \
     X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
     X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
-    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
+    X(region_label, int, 1)                     /* of a voxel, then of entries of the top table: see regions.h               */ \
     /* the isosurface */                                                                                                         \
     X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
     X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
@@ -3185,7 +3194,6 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
-    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
@@ -5968,9 +5976,6 @@ struct springls_backend {
     springls_velocity_fn user_velocity; /* the callback that the device has program text of */
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
-    /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*resolve_regions)(springls_context *ctx);
 };
 
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
@@ -10529,6 +10534,561 @@ SPRINGLS__MATHS void springls__band_element(const springls__model *model, spring
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
+/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
+/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
+   center and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */
+SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                                const int origin[3], SPRINGLS__GLOBAL float *omega)
+{
+    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const springls__box box = springls__box_around(*s, model->params.capture_range);
+    const springls__v3 first = springls__voxel_place(origin, 0);
+    const springls__row_range rows = springls__rows_between(springls__sub(box.lower, first), springls__sub(box.upper, first));
+    int y, z;
+    for (z = rows.z0; z <= rows.z1; z++)
+        for (y = rows.y0; y <= rows.y1; y++)
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+}
+
+/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], row, v;
+    uint32_t k;
+    (void)args;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        int n = (int)model->cells.brick_list_ids[k];
+        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);
+    }
+}
+
+/* Sets omega at voxel i of the two constant bricks. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
+{
+    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
+    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
+}
+
+/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
+{
+    int slot = model->grid.active[i];
+    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+}
+
+/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* States of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float least = FLT_MAX;
+    int row, v;
+    (void)args;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0)
+        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* Adds a block of step^3 entries to the background; false when one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+    return true;
+}
+
+/* Returns how many lines along an axis there are, of blocks of step^3 entries. */
+SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)
+{
+    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so
+   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+   state in any order. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
+{
+    const springls__table *t = &model->grid.table;
+    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
+    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;
+        before = background;
+    }
+    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
+}
+
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)
+   or -1. */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
+                                                  SPRINGLS__LOCAL float *memory)
+{
+    const springls__grid *g = &model->grid;
+    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    (void)args;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
+}
+
+SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)
+{
+    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* Returns true when the background is beside a block of b^3 voxels. */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
+/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */
+SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)
+{
+    float least = FLT_MAX;
+    int i, j, k;
+    for (k = z; k < z + b; k++)
+        for (j = y; j < y + b; j++)
+            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);
+    return least;
+}
+
+/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
+   it has grown. A block is uniform, so one of its voxels stands for it. */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
+                                            SPRINGLS__LOCAL float *grown)
+{
+    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    const int b = args.grow.block, across = 8 / b;
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    float grew = 0.0f;
+    int o[3], block, v;
+    springls__slot_origin(g, g->active[index], o);
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    }
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
+}
+
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
+   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
+{
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
+}
+
+/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
+   sphere (center, radius) is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        vote = springls__vec_select(counts, springls__side(plan, at), zero);
+        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
+    }
+}
+
+/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */
+SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const float capture = model->params.capture_range, r = s->bounding_radius + capture;
+    const springls__v3 p = springls__sub(s->p, springls__voxel_place(origin, 0)), reach = springls__v3_make(r, r, r);
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const springls__row_range rows = springls__rows_between(springls__sub(p, reach), springls__add(p, reach));
+    int y, z;
+    for (z = rows.z0; z <= rows.z1; z++)
+        for (y = rows.y0; y <= rows.y1; y++) {
+            const int v = 8 * y + 64 * z;
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,
+                                   side + v);
+        }
+}
+
+/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
+                                             SPRINGLS__LOCAL float *side)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture_range;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int row, v, o[3];
+    uint32_t k;
+    (void)args;
+    springls__slot_origin(g, g->active[i], o);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        int n = (int)model->cells.brick_list_ids[k];
+        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);
+    }
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+}
+
+/* ---- regions: connected foreground that no springl is near ----
+   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
+   voxels around it. Members are voxels and open constant bricks. */
+
+SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
+{
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
+}
+
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
+{
+    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
+    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
+}
+
+/* Makes phi of active brick i a distance: omega with the sign of phi. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
+                                                 SPRINGLS__LOCAL float *memory)
+{
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int row, v;
+    (void)args;
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+}
+
+/* ======== >>regions:kernel  (kernels_embed/stages/regions.h) =================================================== */
+/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where
+   they join and add up. Results are the same in any order: minima and sums of integers.
+
+   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of
+   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */
+
+typedef struct springls__regions {
+    SPRINGLS__GLOBAL int *label;
+    SPRINGLS__GLOBAL int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
+    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */
+    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */
+} springls__regions;
+
+SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)
+{
+    springls__regions r;
+    r.label = springls__region_label(model);
+    r.votes = (SPRINGLS__GLOBAL int *)model->grid.phi_next;
+    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;
+    r.rows = model->grid.active_count * SPRINGLS__ROWS;
+    return r;
+}
+
+/* Returns the number of a row's first voxel; finds where it lies. */
+SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])
+{
+    int slot = g->active[row / SPRINGLS__ROWS];
+    springls__slot_origin(g, slot, at);
+    at[1] += row % 8;
+    at[2] += row / 8 % 8;
+    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;
+}
+
+SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int entry)
+{
+    return model->grid.top[entry] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[entry] == SPRINGLS__OPEN;
+}
+
+/* ---- begin: every node has its own label, but neighbours along a row share one ---- */
+
+SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__regions r = springls__regions_of(model);
+    int first, v, at[3];
+    (void)args;
+    if (i >= r.rows) {
+        r.label[r.voxels + i - r.rows] = springls__open_brick(model, i - r.rows) ? r.voxels + i - r.rows : -1;
+        return;
+    }
+    first = springls__row_at(&model->grid, i, at);
+    for (v = first; v < first + 8; v++) {
+        bool member = springls__in_region(model, (size_t)v);
+        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;
+        r.votes[v] = 0;
+    }
+}
+
+/* ---- join: neighbours get one root ---- */
+
+/* Returns the root of n as far as it is known: other work items join meanwhile. */
+SPRINGLS__MATHS int springls__root_so_far(SPRINGLS__GLOBAL int *label, int n)
+{
+    int next = SPRINGLS__READ(label + n);
+    while (next != n) {
+        n = next;
+        next = SPRINGLS__READ(label + n);
+    }
+    return n;
+}
+
+SPRINGLS__MATHS void springls__region_unite(SPRINGLS__GLOBAL int *label, int a, int b)
+{
+    a = springls__root_so_far(label, a);
+    b = springls__root_so_far(label, b);
+    while (a != b) {
+        int high = springls__imax(a, b), low = springls__imin(a, b), before;
+        SPRINGLS__LOWER(before, label + high, low);
+        if (before == high) return;
+        a = springls__root_so_far(label, before); /* another item was faster: join what it has joined */
+        b = springls__root_so_far(label, low);
+    }
+}
+
+/* Returns the node at a voxel of the domain, or -1. */
+SPRINGLS__MATHS int springls__region_node(const springls__model *model, const springls__regions *r, int x, int y, int z)
+{
+    const springls__grid *g = &model->grid;
+    int entry, v;
+    if (!springls__table_contains(g, x, y, z)) return -1;
+    entry = springls__entry_at(g, x, y, z);
+    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(model, entry) ? r->voxels + entry : -1;
+    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    return springls__in_region(model, (size_t)v) ? v : -1;
+}
+
+/* Joins an open constant brick with those before it along each axis. */
+SPRINGLS__MATHS void springls__join_brick(const springls__model *model, const springls__regions *r, int entry)
+{
+    const springls__table *t = &model->grid.table;
+    int axis, stride = 1, node = r->voxels + entry;
+    if (!springls__open_brick(model, entry)) return;
+    for (axis = 0; axis < 3; axis++) {
+        bool first = entry / stride % t->bricks[axis] == 0;
+        if (!first && springls__open_brick(model, entry - stride)) springls__region_unite(r->label, node, node - stride);
+        stride *= t->bricks[axis];
+    }
+}
+
+/* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */
+SPRINGLS__MATHS void springls__join_row(const springls__model *model, const springls__regions *r, const int at[3], int d)
+{
+    int x, beside = -1;
+    for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {
+        int place[3], to[3], n, before = beside;
+        place[0] = at[0] + x;
+        place[1] = at[1];
+        place[2] = at[2];
+        springls__voxel_at_face(place, 1, d, 0, 0, to);
+        n = springls__region_node(model, r, place[0], place[1], place[2]);
+        beside = n < 0 ? -1 : springls__region_node(model, r, to[0], to[1], to[2]);
+        if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */
+        springls__region_unite(r->label, n, beside);
+    }
+}
+
+SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__regions r = springls__regions_of(model);
+    int at[3], d, first, v;
+    (void)args;
+    if (i >= r.rows) {
+        springls__join_brick(model, &r, i - r.rows);
+        return;
+    }
+    first = springls__row_at(&model->grid, i, at);
+    for (v = first; v < first + 8 && r.label[v] < 0;) v++;
+    for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);
+}
+
+/* ---- vote: the voxels around the members of a region are added up at its root ---- */
+
+/* Returns the root of n, when all are joined. */
+SPRINGLS__MATHS int springls__region_root(SPRINGLS__GLOBAL const int *label, int n)
+{
+    while (label[n] != n) n = label[n];
+    return n;
+}
+
+SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)
+{
+    const springls__grid *g = &model->grid;
+    int slot;
+    if (!springls__table_contains(g, x, y, z)) return 0;
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return 0;
+    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));
+}
+
+/* Adds the votes around some members to their root; a root that is a brick has no voxel, and no votes. */
+SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, int votes)
+{
+    if (root >= 0 && root < r->voxels && votes != 0) SPRINGLS__ADD(r->votes + root, votes);
+}
+
+SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)
+{
+    int at[3], to[3], d, k, votes = 0;
+    if (!springls__open_brick(model, entry)) return;
+    springls__entry_origin(&model->grid, entry, at);
+    for (d = 0; d < 6; d++)
+        for (k = 0; k < 64; k++) {
+            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);
+            votes += springls__vote_at(model, to[0], to[1], to[2]);
+        }
+    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);
+}
+
+/* Adds up a row run by run of members: they have one root. */
+SPRINGLS__MATHS void springls__vote_of_row(const springls__model *model, const springls__regions *r, int row)
+{
+    int at[3], first = springls__row_at(&model->grid, row, at), x, d, root = -1, votes = 0;
+    for (x = 0; x <= 8; x++) {
+        int label = x < 8 ? r->label[first + x] : -1;
+        if (label < 0) {
+            springls__add_votes(r, root, votes);
+            root = -1;
+            votes = 0;
+            continue;
+        }
+        if (root < 0) root = springls__region_root(r->label, label);
+        for (d = -1; d <= 1; d += 2)
+            votes += springls__vote_at(model, at[0] + x + d, at[1], at[2])
+                   + springls__vote_at(model, at[0] + x, at[1] + d, at[2])
+                   + springls__vote_at(model, at[0] + x, at[1], at[2] + d);
+    }
+}
+
+SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__regions r = springls__regions_of(model);
+    (void)args;
+    if (i >= r.rows) springls__vote_of_brick(model, &r, i - r.rows);
+    else springls__vote_of_row(model, &r, i);
+}
+
+/* ---- resolve: regions with more voxels of the outside around them are outside ---- */
+
+SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__arguments args, int i)
+{
+    springls__regions r = springls__regions_of(model);
+    int at[3], first, v, root = -1;
+    (void)args;
+    if (i >= r.rows) {
+        if (!springls__open_brick(model, i - r.rows)) return;
+        root = springls__region_root(r.label, r.voxels + i - r.rows);
+        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - r.rows] = SPRINGLS__OUTSIDE;
+        return;
+    }
+    first = springls__row_at(&model->grid, i, at);
+    for (v = first; v < first + 8; v++) {
+        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);
+        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;
+    }
+}
+
 /* ======== >>sleep:kernel  (kernels_embed/stages/sleep.h) ======================================================= */
 /* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and
    their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */
@@ -11271,335 +11831,6 @@ SPRINGLS__MATHS void springls__specks_element(const springls__model *model, spri
     }
 }
 
-/* ======== >>unsigned_distance:kernel  (kernels_embed/stages/unsigned_distance.h) =============================== */
-/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
-
-/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this
-   center and radius, comes closer than row[i]. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + radius;
-        at.x = (float)x + springls__vec_from(i);
-        d = springls__vec_sub(at, springls__vec_broadcast3(center));
-        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */
-SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
-                                                const int origin[3], SPRINGLS__GLOBAL float *omega)
-{
-    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */
-    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-    const springls__box box = springls__box_around(*s, model->params.capture_range);
-    const springls__v3 first = springls__voxel_place(origin, 0);
-    const springls__row_range rows = springls__rows_between(springls__sub(box.lower, first), springls__sub(box.upper, first));
-    int y, z;
-    for (z = rows.z0; z <= rows.z1; z++)
-        for (y = rows.y0; y <= rows.y1; y++)
-            if (springls__is_mine(model->group, y + 8 * z))
-                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
-}
-
-/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,
-                                             SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool unknown = springls__omega_unknown(g, g->active[i]);
-    int origin[3], row, v;
-    uint32_t k;
-    (void)args;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all items have read it before one writes omega */
-    if (!unknown) return;
-    springls__slot_origin(g, g->active[i], origin);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        int n = (int)model->cells.brick_list_ids[k];
-        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);
-    }
-}
-
-/* Sets omega at voxel i of the two constant bricks. */
-SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)
-{
-    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;
-    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;
-}
-
-/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */
-SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)
-{
-    int slot = model->grid.active[i];
-    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
-    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
-}
-
-/* ======== >>unsigned_to_signed:kernel  (kernels_embed/stages/unsigned_to_signed.h) ============================= */
-/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
-   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */
-
-/* Blocks closer than this to a springl stop the background. */
-#define SPRINGLS__SHELL 1.5f
-
-/* States of a brick. */
-#define SPRINGLS__OPEN 0
-#define SPRINGLS__BLOCKED 1
-#define SPRINGLS__BACKGROUND 2
-
-/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
-                                                   SPRINGLS__LOCAL float *nearest)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float least = FLT_MAX;
-    int row, v;
-    (void)args;
-    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
-    SPRINGLS__BARRIER;
-    nearest[group.item] = least;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0)
-        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
-}
-
-/* Adds a block of step^3 entries to the background; false when one of them is blocked. */
-SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
-{
-    int hi[3], x, y, z, axis;
-    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++)
-                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
-    for (z = at[2]; z < hi[2]; z++)
-        for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;
-    return true;
-}
-
-/* Returns how many lines along an axis there are, of blocks of step^3 entries. */
-SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)
-{
-    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);
-}
-
-/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so
-   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
-   state in any order. */
-SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
-{
-    const springls__table *t = &model->grid.table;
-    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
-    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;
-    int at[3], k;
-    bool at_border, before = true, grew = false;
-    at[b] = i % across * step;
-    at[c] = i / across * step;
-    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];
-    for (k = 0; k < 2 * along; k++) {
-        bool background;
-        if (k == along) before = true;
-        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
-        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
-        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;
-        before = background;
-    }
-    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
-}
-
-/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)
-   or -1. */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
-                                                  SPRINGLS__LOCAL float *memory)
-{
-    const springls__grid *g = &model->grid;
-    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;
-    int slot = g->top[i], row, v;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    (void)args;
-    (void)memory;
-    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */
-    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
-}
-
-SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)
-{
-    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
-}
-
-/* Returns true when the background is beside a block of b^3 voxels. */
-SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
-{
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
-           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
-           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
-}
-
-/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */
-SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)
-{
-    float least = FLT_MAX;
-    int i, j, k;
-    for (k = z; k < z + b; k++)
-        for (j = y; j < y + b; j++)
-            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);
-    return least;
-}
-
-/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
-   it has grown. A block is uniform, so one of its voxels stands for it. */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
-                                            SPRINGLS__LOCAL float *grown)
-{
-    const springls__grid *g = &model->grid;
-    const springls__group group = model->group;
-    const int b = args.grow.block, across = 8 / b;
-    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    float grew = 0.0f;
-    int o[3], block, v;
-    springls__slot_origin(g, g->active[index], o);
-    for (block = group.item; block < across * across * across; block += group.items) {
-        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
-        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
-        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
-            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;
-            if (background) grew = 1.0f;
-        }
-        for (k = z; k < z + b; k++)
-            for (j = y; j < y + b; j++)
-                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
-    }
-    SPRINGLS__BARRIER;
-    grown[group.item] = grew;
-    SPRINGLS__BARRIER;
-    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
-    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;
-}
-
-/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so
-   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */
-SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
-{
-    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
-    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
-    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
-}
-
-/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding
-   sphere (center, radius) is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_from(i);
-        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
-        counts = (nearest < capture) & (d2 < within * within);
-        if (!springls__vec_any(counts)) continue;
-        vote = springls__vec_select(counts, springls__side(plan, at), zero);
-        springls__vec_store(side + i, springls__vec_load(side + i) + vote);
-    }
-}
-
-/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */
-SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
-                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const float capture = model->params.capture_range, r = s->bounding_radius + capture;
-    const springls__v3 p = springls__sub(s->p, springls__voxel_place(origin, 0)), reach = springls__v3_make(r, r, r);
-    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-    const springls__row_range rows = springls__rows_between(springls__sub(p, reach), springls__add(p, reach));
-    int y, z;
-    for (z = rows.z0; z <= rows.z1; z++)
-        for (y = rows.y0; y <= rows.y1; y++) {
-            const int v = 8 * y + 64 * z;
-            if (springls__is_mine(model->group, y + 8 * z))
-                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,
-                                   side + v);
-        }
-}
-
-/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
-                                             SPRINGLS__LOCAL float *side)
-{
-    const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int row, v, o[3];
-    uint32_t k;
-    (void)args;
-    springls__slot_origin(g, g->active[i], o);
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
-    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
-        int n = (int)model->cells.brick_list_ids[k];
-        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);
-    }
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++)
-            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
-}
-
-/* ---- regions: connected foreground that no springl is near ----
-   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most
-   voxels around it. Members are voxels and open constant bricks. */
-
-SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)
-{
-    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
-}
-
-/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
-SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
-{
-    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
-    return model->grid.phi[voxel] > 0.0f ? 1 : -1;
-}
-
-/* Makes phi of active brick i a distance: omega with the sign of phi. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
-                                                 SPRINGLS__LOCAL float *memory)
-{
-    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
-    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int row, v;
-    (void)args;
-    (void)memory;
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
-}
-
 /* ======== >>window:kernel  (kernels_embed/stages/window.h) ===================================================== */
 /* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */
 
@@ -12297,6 +12528,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \
     X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \
     X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \
+    X(region_begin, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT))                                       \
+    X(region_resolve, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                                        \
     X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \
     X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
     X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
@@ -12335,13 +12568,15 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
-/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */
+/* Lists kernels whose elements meet, at a counter, in a list or at a root (collectives.h, regions.h): the host runs them in order. */
 #define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \
     X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \
     X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \
     X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \
     X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \
-    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))
+    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))                          \
+    X(region_join, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label))                                                                  \
+    X(region_vote, SIGNS, 64, SPRINGLS__BIT(PHI_NEXT))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
@@ -12375,11 +12610,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
           | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))
-
-/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
-   program, elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
 /* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
@@ -17588,105 +17818,18 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
-   is the work of one thread. */
-typedef struct springls__region {
-    springls_context *ctx;
-    uint8_t *state;       /* of the entries of the top table                            */
-    int64_t *member;      /* a voxel's place in phi, or -1 - entry for a constant brick */
-    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
-} springls__region;
-
-enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
-static const float springls__counted = -2.0f; /* a voxel that is            */
-
-/* Returns the place in phi of the i-th voxel of the active bricks. */
-SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
-{
-    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
-}
-
-SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
-{
-    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
-}
-
-/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
-SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int slot;
-    int64_t v;
-    if (!springls__table_contains(g, x, y, z)) return;
-    slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) {
-        int entry = springls__entry_at(g, x, y, z);
-        if (r->state[entry] != SPRINGLS__OPEN) return;
-        r->state[entry] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)entry;
-        return;
-    }
-    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
-    if (!springls__uncounted(r, v)) return;
-    g->phi[v] = springls__counted;
-    r->member[r->count++] = v;
-}
-
-/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
-SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
-{
-    const springls__grid *g = &r->ctx->model.grid;
-    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int origin[3], at[3], to[3];
-    if (member < 0) springls__entry_origin(g, (int)(-1 - member), origin);
-    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), origin);
-    springls__voxel_of_brick(origin, v, at);
-    for (d = 0; d < 6; d++)
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++) {
-                springls__voxel_at_face(at, n, d, i, j, to);
-                springls__region_visit(r, to[0], to[1], to[2]);
-            }
-}
-
-/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
-SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int64_t i;
-    r->count = r->votes = 0;
-    g->phi[first] = springls__counted;
-    r->member[r->count++] = first;
-    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
-    if (r->votes <= 0) return;
-    for (i = 0; i < r->count; i++) {
-        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
-        else g->phi[r->member[i]] = 1.0f;
-    }
-}
-
-/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
+/* Finds regions and resolves their sides: see springls__in_region. */
 SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
-    springls__region region;
-    size_t room = springls__entry_count(g);
-    int64_t v;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->resolve_regions)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    region.ctx = ctx;
-    region.state = springls__brick_state(&ctx->model);
-    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
-    region.member = springls__region_members(&ctx->model);
-    for (v = 0; v < voxels; v++) {
-        int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
-    }
+    const size_t entries = springls__entry_count(&ctx->model.grid);
+    const size_t nodes = (size_t)ctx->model.grid.slot_count * SPRINGLS__BRICK_VOXELS + entries;
+    const int elements = ctx->model.grid.active_count * SPRINGLS__ROWS + (int)entries;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "too many voxels to be numbered");
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
+    springls__run(ctx, SPRINGLS__KERNEL_region_begin, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_join, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_vote, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_resolve, elements, NULL);
     return SPRINGLS_OK;
 }
 
@@ -31357,7 +31500,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1075 \"springls.h\"\n",
+    "#line 1076 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -31471,7 +31614,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2221 \"springls.h\"\n",
+    "#line 2222 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31493,6 +31636,10 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  /* Raises a number in global memory to at least `number`; work items may meet there. */\n",
     "  #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)\n",
+    "  /* Reads an int, lowers one to at most `number` with *before as it was, adds to one; work items may meet there. */\n",
+    "  #define SPRINGLS__READ(pointer) atomic_or(pointer, 0)\n",
+    "  #define SPRINGLS__LOWER(before, pointer, number) ((before) = atomic_min(pointer, number))\n",
+    "  #define SPRINGLS__ADD(pointer, number) atomic_add(pointer, number)\n",
     "  /* Writes a number where other work items may write the same one meanwhile. */\n",
     "  #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
@@ -31540,6 +31687,10 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__BARRIER (void)0\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
     "  #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))\n",
+    "  #define SPRINGLS__READ(pointer) (*(pointer))\n",
+    "  #define SPRINGLS__LOWER(before, pointer, number) \\\n",
+    "      ((before) = *(pointer), *(pointer) = (number) < (before) ? (number) : (before))\n",
+    "  #define SPRINGLS__ADD(pointer, number) (*(pointer) += (number))\n",
     "  #if defined(__GNUC__)\n",
     "    #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)\n",
     "  #else\n",
@@ -31579,7 +31730,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2330 \"springls.h\"\n",
+    "#line 2339 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31601,7 +31752,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2353 \"springls.h\"\n",
+    "#line 2362 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31616,7 +31767,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2369 \"springls.h\"\n",
+    "#line 2378 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31740,7 +31891,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2493 \"springls.h\"\n",
+    "#line 2502 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -31810,7 +31961,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2564 \"springls.h\"\n",
+    "#line 2573 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -32030,7 +32181,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2785 \"springls.h\"\n",
+    "#line 2794 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32045,7 +32196,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2800 \"springls.h\"\n",
+    "#line 2809 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -32169,14 +32320,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2924 \"springls.h\"\n",
+    "#line 2933 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2932 \"springls.h\"\n",
+    "#line 2941 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -32299,7 +32450,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3056 \"springls.h\"\n",
+    "#line 3065 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -32354,7 +32505,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3112 \"springls.h\"\n",
+    "#line 3121 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -32409,7 +32560,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* unsigned_to_signed */                                                                                                     \\\n",
     "    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \\\n",
     "    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \\\n",
-    "    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \\\n",
+    "    X(region_label, int, 1)                     /* of a voxel, then of entries of the top table: see regions.h               */ \\\n",
     "    /* the isosurface */                                                                                                         \\\n",
     "    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \\\n",
     "    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \\\n",
@@ -32431,7 +32582,6 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
-    "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
@@ -32445,7 +32595,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3204 \"springls.h\"\n",
+    "#line 3212 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32457,7 +32607,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3216 \"springls.h\"\n",
+    "#line 3224 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32472,7 +32622,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3232 \"springls.h\"\n",
+    "#line 3240 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32516,7 +32666,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3276 \"springls.h\"\n",
+    "#line 3284 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32531,7 +32681,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3291 \"springls.h\"\n",
+    "#line 3299 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32575,7 +32725,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3335 \"springls.h\"\n",
+    "#line 3343 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32654,7 +32804,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3414 \"springls.h\"\n",
+    "#line 3422 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32669,7 +32819,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3430 \"springls.h\"\n",
+    "#line 3438 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32736,7 +32886,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3497 \"springls.h\"\n",
+    "#line 3505 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32751,7 +32901,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3512 \"springls.h\"\n",
+    "#line 3520 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32818,7 +32968,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3580 \"springls.h\"\n",
+    "#line 3588 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -33199,7 +33349,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3962 \"springls.h\"\n",
+    "#line 3970 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -33903,7 +34053,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4667 \"springls.h\"\n",
+    "#line 4675 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -34163,7 +34313,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4928 \"springls.h\"\n",
+    "#line 4936 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34365,7 +34515,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5131 \"springls.h\"\n",
+    "#line 5139 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34482,7 +34632,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5249 \"springls.h\"\n",
+    "#line 5257 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34679,7 +34829,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5446 \"springls.h\"\n",
+    "#line 5454 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34694,7 +34844,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5462 \"springls.h\"\n",
+    "#line 5470 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -34888,7 +35038,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5656 \"springls.h\"\n",
+    "#line 5664 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34903,7 +35053,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5671 \"springls.h\"\n",
+    "#line 5679 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35097,7 +35247,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6457 \"springls.h\"\n",
+    "#line 6462 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -35497,7 +35647,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6858 \"springls.h\"\n",
+    "#line 6863 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -35523,7 +35673,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6885 \"springls.h\"\n",
+    "#line 6890 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -35611,7 +35761,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6974 \"springls.h\"\n",
+    "#line 6979 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -35751,7 +35901,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7115 \"springls.h\"\n",
+    "#line 7120 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -35856,7 +36006,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7221 \"springls.h\"\n",
+    "#line 7226 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -36088,7 +36238,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7454 \"springls.h\"\n",
+    "#line 7459 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -36118,7 +36268,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7484 \"springls.h\"\n",
+    "#line 7489 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36133,7 +36283,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7500 \"springls.h\"\n",
+    "#line 7505 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36302,7 +36452,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7669 \"springls.h\"\n",
+    "#line 7674 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36317,7 +36467,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7684 \"springls.h\"\n",
+    "#line 7689 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36486,7 +36636,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7853 \"springls.h\"\n",
+    "#line 7858 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -36540,7 +36690,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7908 \"springls.h\"\n",
+    "#line 7913 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -36566,7 +36716,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7934 \"springls.h\"\n",
+    "#line 7939 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36581,7 +36731,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7950 \"springls.h\"\n",
+    "#line 7955 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36664,7 +36814,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8033 \"springls.h\"\n",
+    "#line 8038 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36679,7 +36829,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8048 \"springls.h\"\n",
+    "#line 8053 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36762,7 +36912,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8131 \"springls.h\"\n",
+    "#line 8136 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -36836,7 +36986,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8206 \"springls.h\"\n",
+    "#line 8211 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -37389,7 +37539,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8760 \"springls.h\"\n",
+    "#line 8765 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -37485,7 +37635,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8857 \"springls.h\"\n",
+    "#line 8862 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -37606,7 +37756,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8979 \"springls.h\"\n",
+    "#line 8984 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -37887,7 +38037,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9261 \"springls.h\"\n",
+    "#line 9266 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -37973,7 +38123,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9348 \"springls.h\"\n",
+    "#line 9353 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -38116,7 +38266,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9492 \"springls.h\"\n",
+    "#line 9497 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -38305,7 +38455,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9682 \"springls.h\"\n",
+    "#line 9687 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -38430,7 +38580,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9808 \"springls.h\"\n",
+    "#line 9813 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -38464,7 +38614,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9843 \"springls.h\"\n",
+    "#line 9848 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -39002,7 +39152,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10382 \"springls.h\"\n",
+    "#line 10387 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -39152,7 +39302,559 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10533 \"springls.h\"\n",
+    "#line 10538 \"springls.h\"\n",
+    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
+    "   center and radius, comes closer than row[i]. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
+    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */\n",
+    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */\n",
+    "SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                                const int origin[3], SPRINGLS__GLOBAL float *omega)\n",
+    "{\n",
+    "    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */\n",
+    "    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    const springls__box box = springls__box_around(*s, model->params.capture_range);\n",
+    "    const springls__v3 first = springls__voxel_place(origin, 0);\n",
+    "    const springls__row_range rows = springls__rows_between(springls__sub(box.lower, first), springls__sub(box.upper, first));\n",
+    "    int y, z;\n",
+    "    for (z = rows.z0; z <= rows.z1; z++)\n",
+    "        for (y = rows.y0; y <= rows.y1; y++)\n",
+    "            if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "}\n",
+    "\n",
+    "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                             SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
+    "    int origin[3], row, v;\n",
+    "    uint32_t k;\n",
+    "    (void)args;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
+    "    if (!unknown) return;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Sets omega at voxel i of the two constant bricks. */\n",
+    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;\n",
+    "    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;\n",
+    "}\n",
+    "\n",
+    "/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */\n",
+    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    int slot = model->grid.active[i];\n",
+    "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
+    "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "}\n",
+    "#line 10617 \"springls.h\"\n",
+    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
+    "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
+    "\n",
+    "/* Blocks closer than this to a springl stop the background. */\n",
+    "#define SPRINGLS__SHELL 1.5f\n",
+    "\n",
+    "/* States of a brick. */\n",
+    "#define SPRINGLS__OPEN 0\n",
+    "#define SPRINGLS__BLOCKED 1\n",
+    "#define SPRINGLS__BACKGROUND 2\n",
+    "\n",
+    "/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                   SPRINGLS__LOCAL float *nearest)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float least = FLT_MAX;\n",
+    "    int row, v;\n",
+    "    (void)args;\n",
+    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    nearest[group.item] = least;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
+    "    if (group.item == 0)\n",
+    "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "/* Adds a block of step^3 entries to the background; false when one of them is blocked. */\n",
+    "SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
+    "{\n",
+    "    int hi[3], x, y, z, axis;\n",
+    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++)\n",
+    "                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Returns how many lines along an axis there are, of blocks of step^3 entries. */\n",
+    "SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)\n",
+    "{\n",
+    "    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);\n",
+    "}\n",
+    "\n",
+    "/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so\n",
+    "   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
+    "   state in any order. */\n",
+    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const springls__table *t = &model->grid.table;\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);\n",
+    "    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
+    "    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;\n",
+    "    int at[3], k;\n",
+    "    bool at_border, before = true, grew = false;\n",
+    "    at[b] = i % across * step;\n",
+    "    at[c] = i / across * step;\n",
+    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];\n",
+    "    for (k = 0; k < 2 * along; k++) {\n",
+    "        bool background;\n",
+    "        if (k == along) before = true;\n",
+    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
+    "        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
+    "        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;\n",
+    "        before = background;\n",
+    "    }\n",
+    "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
+    "}\n",
+    "\n",
+    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)\n",
+    "   or -1. */\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;\n",
+    "    int slot = g->top[i], row, v;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
+    "    (void)args;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when the background is beside a block of b^3 voxels. */\n",
+    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
+    "{\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
+    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
+    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "}\n",
+    "\n",
+    "/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */\n",
+    "SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)\n",
+    "{\n",
+    "    float least = FLT_MAX;\n",
+    "    int i, j, k;\n",
+    "    for (k = z; k < z + b; k++)\n",
+    "        for (j = y; j < y + b; j++)\n",
+    "            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);\n",
+    "    return least;\n",
+    "}\n",
+    "\n",
+    "/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether\n",
+    "   it has grown. A block is uniform, so one of its voxels stands for it. */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
+    "                                            SPRINGLS__LOCAL float *grown)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
+    "    const int b = args.grow.block, across = 8 / b;\n",
+    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
+    "    float grew = 0.0f;\n",
+    "    int o[3], block, v;\n",
+    "    springls__slot_origin(g, g->active[index], o);\n",
+    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
+    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
+    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
+    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
+    "            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;\n",
+    "            if (background) grew = 1.0f;\n",
+    "        }\n",
+    "        for (k = z; k < z + b; k++)\n",
+    "            for (j = y; j < y + b; j++)\n",
+    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    grown[group.item] = grew;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
+    "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
+    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
+    "{\n",
+    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
+    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
+    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
+    "}\n",
+    "\n",
+    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
+    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
+    "        counts = (nearest < capture) & (d2 < within * within);\n",
+    "        if (!springls__vec_any(counts)) continue;\n",
+    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const float capture = model->params.capture_range, r = s->bounding_radius + capture;\n",
+    "    const springls__v3 p = springls__sub(s->p, springls__voxel_place(origin, 0)), reach = springls__v3_make(r, r, r);\n",
+    "    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    const springls__row_range rows = springls__rows_between(springls__sub(p, reach), springls__add(p, reach));\n",
+    "    int y, z;\n",
+    "    for (z = rows.z0; z <= rows.z1; z++)\n",
+    "        for (y = rows.y0; y <= rows.y1; y++) {\n",
+    "            const int v = 8 * y + 64 * z;\n",
+    "            if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,\n",
+    "                                   side + v);\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                             SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture_range;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int row, v, o[3];\n",
+    "    uint32_t k;\n",
+    "    (void)args;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        int n = (int)model->cells.brick_list_ids[k];\n",
+    "        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);\n",
+    "    }\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
+    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "/* ---- regions: connected foreground that no springl is near ----\n",
+    "   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most\n",
+    "   voxels around it. Members are voxels and open constant bricks. */\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */\n",
+    "SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;\n",
+    "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
+    "}\n",
+    "\n",
+    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
+    "                                                 SPRINGLS__LOCAL float *memory)\n",
+    "{\n",
+    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
+    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
+    "    int row, v;\n",
+    "    (void)args;\n",
+    "    (void)memory;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
+    "}\n",
+    "#line 10867 \"springls.h\"\n",
+    "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
+    "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
+    "\n",
+    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of\n",
+    "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
+    "\n",
+    "typedef struct springls__regions {\n",
+    "    SPRINGLS__GLOBAL int *label;\n",
+    "    SPRINGLS__GLOBAL int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
+    "    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */\n",
+    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */\n",
+    "} springls__regions;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
+    "{\n",
+    "    springls__regions r;\n",
+    "    r.label = springls__region_label(model);\n",
+    "    r.votes = (SPRINGLS__GLOBAL int *)model->grid.phi_next;\n",
+    "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
+    "    r.rows = model->grid.active_count * SPRINGLS__ROWS;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "/* Returns the number of a row's first voxel; finds where it lies. */\n",
+    "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
+    "{\n",
+    "    int slot = g->active[row / SPRINGLS__ROWS];\n",
+    "    springls__slot_origin(g, slot, at);\n",
+    "    at[1] += row % 8;\n",
+    "    at[2] += row / 8 % 8;\n",
+    "    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int entry)\n",
+    "{\n",
+    "    return model->grid.top[entry] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[entry] == SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "/* ---- begin: every node has its own label, but neighbours along a row share one ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int first, v, at[3];\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        r.label[r.voxels + i - r.rows] = springls__open_brick(model, i - r.rows) ? r.voxels + i - r.rows : -1;\n",
+    "        return;\n",
+    "    }\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8; v++) {\n",
+    "        bool member = springls__in_region(model, (size_t)v);\n",
+    "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
+    "        r.votes[v] = 0;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- join: neighbours get one root ---- */\n",
+    "\n",
+    "/* Returns the root of n as far as it is known: other work items join meanwhile. */\n",
+    "SPRINGLS__MATHS int springls__root_so_far(SPRINGLS__GLOBAL int *label, int n)\n",
+    "{\n",
+    "    int next = SPRINGLS__READ(label + n);\n",
+    "    while (next != n) {\n",
+    "        n = next;\n",
+    "        next = SPRINGLS__READ(label + n);\n",
+    "    }\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_unite(SPRINGLS__GLOBAL int *label, int a, int b)\n",
+    "{\n",
+    "    a = springls__root_so_far(label, a);\n",
+    "    b = springls__root_so_far(label, b);\n",
+    "    while (a != b) {\n",
+    "        int high = springls__imax(a, b), low = springls__imin(a, b), before;\n",
+    "        SPRINGLS__LOWER(before, label + high, low);\n",
+    "        if (before == high) return;\n",
+    "        a = springls__root_so_far(label, before); /* another item was faster: join what it has joined */\n",
+    "        b = springls__root_so_far(label, low);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Returns the node at a voxel of the domain, or -1. */\n",
+    "SPRINGLS__MATHS int springls__region_node(const springls__model *model, const springls__regions *r, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int entry, v;\n",
+    "    if (!springls__table_contains(g, x, y, z)) return -1;\n",
+    "    entry = springls__entry_at(g, x, y, z);\n",
+    "    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(model, entry) ? r->voxels + entry : -1;\n",
+    "    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    return springls__in_region(model, (size_t)v) ? v : -1;\n",
+    "}\n",
+    "\n",
+    "/* Joins an open constant brick with those before it along each axis. */\n",
+    "SPRINGLS__MATHS void springls__join_brick(const springls__model *model, const springls__regions *r, int entry)\n",
+    "{\n",
+    "    const springls__table *t = &model->grid.table;\n",
+    "    int axis, stride = 1, node = r->voxels + entry;\n",
+    "    if (!springls__open_brick(model, entry)) return;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        bool first = entry / stride % t->bricks[axis] == 0;\n",
+    "        if (!first && springls__open_brick(model, entry - stride)) springls__region_unite(r->label, node, node - stride);\n",
+    "        stride *= t->bricks[axis];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */\n",
+    "SPRINGLS__MATHS void springls__join_row(const springls__model *model, const springls__regions *r, const int at[3], int d)\n",
+    "{\n",
+    "    int x, beside = -1;\n",
+    "    for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
+    "        int place[3], to[3], n, before = beside;\n",
+    "        place[0] = at[0] + x;\n",
+    "        place[1] = at[1];\n",
+    "        place[2] = at[2];\n",
+    "        springls__voxel_at_face(place, 1, d, 0, 0, to);\n",
+    "        n = springls__region_node(model, r, place[0], place[1], place[2]);\n",
+    "        beside = n < 0 ? -1 : springls__region_node(model, r, to[0], to[1], to[2]);\n",
+    "        if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */\n",
+    "        springls__region_unite(r->label, n, beside);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int at[3], d, first, v;\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        springls__join_brick(model, &r, i - r.rows);\n",
+    "        return;\n",
+    "    }\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8 && r.label[v] < 0;) v++;\n",
+    "    for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);\n",
+    "}\n",
+    "\n",
+    "/* ---- vote: the voxels around the members of a region are added up at its root ---- */\n",
+    "\n",
+    "/* Returns the root of n, when all are joined. */\n",
+    "SPRINGLS__MATHS int springls__region_root(SPRINGLS__GLOBAL const int *label, int n)\n",
+    "{\n",
+    "    while (label[n] != n) n = label[n];\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int slot;\n",
+    "    if (!springls__table_contains(g, x, y, z)) return 0;\n",
+    "    slot = springls__slot_at(g, x, y, z);\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT) return 0;\n",
+    "    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));\n",
+    "}\n",
+    "\n",
+    "/* Adds the votes around some members to their root; a root that is a brick has no voxel, and no votes. */\n",
+    "SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, int votes)\n",
+    "{\n",
+    "    if (root >= 0 && root < r->voxels && votes != 0) SPRINGLS__ADD(r->votes + root, votes);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)\n",
+    "{\n",
+    "    int at[3], to[3], d, k, votes = 0;\n",
+    "    if (!springls__open_brick(model, entry)) return;\n",
+    "    springls__entry_origin(&model->grid, entry, at);\n",
+    "    for (d = 0; d < 6; d++)\n",
+    "        for (k = 0; k < 64; k++) {\n",
+    "            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
+    "            votes += springls__vote_at(model, to[0], to[1], to[2]);\n",
+    "        }\n",
+    "    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);\n",
+    "}\n",
+    "\n",
+    "/* Adds up a row run by run of members: they have one root. */\n",
+    "SPRINGLS__MATHS void springls__vote_of_row(const springls__model *model, const springls__regions *r, int row)\n",
+    "{\n",
+    "    int at[3], first = springls__row_at(&model->grid, row, at), x, d, root = -1, votes = 0;\n",
+    "    for (x = 0; x <= 8; x++) {\n",
+    "        int label = x < 8 ? r->label[first + x] : -1;\n",
+    "        if (label < 0) {\n",
+    "            springls__add_votes(r, root, votes);\n",
+    "            root = -1;\n",
+    "            votes = 0;\n",
+    "            continue;\n",
+    "        }\n",
+    "        if (root < 0) root = springls__region_root(r->label, label);\n",
+    "        for (d = -1; d <= 1; d += 2)\n",
+    "            votes += springls__vote_at(model, at[0] + x + d, at[1], at[2])\n",
+    "                   + springls__vote_at(model, at[0] + x, at[1] + d, at[2])\n",
+    "                   + springls__vote_at(model, at[0] + x, at[1], at[2] + d);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) springls__vote_of_brick(model, &r, i - r.rows);\n",
+    "    else springls__vote_of_row(model, &r, i);\n",
+    "}\n",
+    "\n",
+    "/* ---- resolve: regions with more voxels of the outside around them are outside ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int at[3], first, v, root = -1;\n",
+    "    (void)args;\n",
+    "    if (i >= r.rows) {\n",
+    "        if (!springls__open_brick(model, i - r.rows)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + i - r.rows);\n",
+    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - r.rows] = SPRINGLS__OUTSIDE;\n",
+    "        return;\n",
+    "    }\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8; v++) {\n",
+    "        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);\n",
+    "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
+    "    }\n",
+    "}\n",
+    "#line 11093 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -39256,7 +39958,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10638 \"springls.h\"\n",
+    "#line 11198 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -39353,7 +40055,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10736 \"springls.h\"\n",
+    "#line 11296 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -39891,334 +40593,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11275 \"springls.h\"\n",
-    "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
-    "\n",
-    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
-    "   center and radius, comes closer than row[i]. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
-    "        at.x = (float)x + springls__vec_from(i);\n",
-    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
-    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
-    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
-    "        springls__vec_store(row + i, best);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */\n",
-    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
-    "{\n",
-    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */\n",
-    "SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
-    "                                                const int origin[3], SPRINGLS__GLOBAL float *omega)\n",
-    "{\n",
-    "    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */\n",
-    "    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "    const springls__box box = springls__box_around(*s, model->params.capture_range);\n",
-    "    const springls__v3 first = springls__voxel_place(origin, 0);\n",
-    "    const springls__row_range rows = springls__rows_between(springls__sub(box.lower, first), springls__sub(box.upper, first));\n",
-    "    int y, z;\n",
-    "    for (z = rows.z0; z <= rows.z1; z++)\n",
-    "        for (y = rows.y0; y <= rows.y1; y++)\n",
-    "            if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
-    "}\n",
-    "\n",
-    "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                             SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
-    "    int origin[3], row, v;\n",
-    "    uint32_t k;\n",
-    "    (void)args;\n",
-    "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
-    "    if (!unknown) return;\n",
-    "    springls__slot_origin(g, g->active[i], origin);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;\n",
-    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        int n = (int)model->cells.brick_list_ids[k];\n",
-    "        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Sets omega at voxel i of the two constant bricks. */\n",
-    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    bool inside = i / SPRINGLS__BRICK_VOXELS == SPRINGLS__INSIDE;\n",
-    "    model->grid.omega[i] = inside ? args.omega_constant.inside : args.omega_constant.outside;\n",
-    "}\n",
-    "\n",
-    "/* Finds whether omega is unknown in active brick i; args.omega_forget.all makes it so. */\n",
-    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    int slot = model->grid.active[i];\n",
-    "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
-    "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
-    "}\n",
-    "#line 11354 \"springls.h\"\n",
-    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
-    "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
-    "\n",
-    "/* Blocks closer than this to a springl stop the background. */\n",
-    "#define SPRINGLS__SHELL 1.5f\n",
-    "\n",
-    "/* States of a brick. */\n",
-    "#define SPRINGLS__OPEN 0\n",
-    "#define SPRINGLS__BLOCKED 1\n",
-    "#define SPRINGLS__BACKGROUND 2\n",
-    "\n",
-    "/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                                   SPRINGLS__LOCAL float *nearest)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const springls__group group = model->group;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float least = FLT_MAX;\n",
-    "    int row, v;\n",
-    "    (void)args;\n",
-    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    nearest[group.item] = least;\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
-    "    if (group.item == 0)\n",
-    "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
-    "}\n",
-    "\n",
-    "/* Adds a block of step^3 entries to the background; false when one of them is blocked. */\n",
-    "SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
-    "{\n",
-    "    int hi[3], x, y, z, axis;\n",
-    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);\n",
-    "    for (z = at[2]; z < hi[2]; z++)\n",
-    "        for (y = at[1]; y < hi[1]; y++)\n",
-    "            for (x = at[0]; x < hi[0]; x++)\n",
-    "                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
-    "    for (z = at[2]; z < hi[2]; z++)\n",
-    "        for (y = at[1]; y < hi[1]; y++)\n",
-    "            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
-    "    return true;\n",
-    "}\n",
-    "\n",
-    "/* Returns how many lines along an axis there are, of blocks of step^3 entries. */\n",
-    "SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)\n",
-    "{\n",
-    "    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);\n",
-    "}\n",
-    "\n",
-    "/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so\n",
-    "   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
-    "   state in any order. */\n",
-    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    const springls__table *t = &model->grid.table;\n",
-    "    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);\n",
-    "    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
-    "    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;\n",
-    "    int at[3], k;\n",
-    "    bool at_border, before = true, grew = false;\n",
-    "    at[b] = i % across * step;\n",
-    "    at[c] = i / across * step;\n",
-    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];\n",
-    "    for (k = 0; k < 2 * along; k++) {\n",
-    "        bool background;\n",
-    "        if (k == along) before = true;\n",
-    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
-    "        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
-    "        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;\n",
-    "        before = background;\n",
-    "    }\n",
-    "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
-    "}\n",
-    "\n",
-    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)\n",
-    "   or -1. */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                                  SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    bool background = springls__brick_state(model)[i] == SPRINGLS__BACKGROUND;\n",
-    "    int slot = g->top[i], row, v;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
-    "    (void)args;\n",
-    "    (void)memory;\n",
-    "    SPRINGLS__BARRIER; /* all items have read the slot before one writes it */\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
-    "{\n",
-    "    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when the background is beside a block of b^3 voxels. */\n",
-    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
-    "{\n",
-    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
-    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
-    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
-    "}\n",
-    "\n",
-    "/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */\n",
-    "SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)\n",
-    "{\n",
-    "    float least = FLT_MAX;\n",
-    "    int i, j, k;\n",
-    "    for (k = z; k < z + b; k++)\n",
-    "        for (j = y; j < y + b; j++)\n",
-    "            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);\n",
-    "    return least;\n",
-    "}\n",
-    "\n",
-    "/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether\n",
-    "   it has grown. A block is uniform, so one of its voxels stands for it. */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
-    "                                            SPRINGLS__LOCAL float *grown)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const springls__group group = model->group;\n",
-    "    const int b = args.grow.block, across = 8 / b;\n",
-    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
-    "    float grew = 0.0f;\n",
-    "    int o[3], block, v;\n",
-    "    springls__slot_origin(g, g->active[index], o);\n",
-    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
-    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
-    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
-    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
-    "            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;\n",
-    "            if (background) grew = 1.0f;\n",
-    "        }\n",
-    "        for (k = z; k < z + b; k++)\n",
-    "            for (j = y; j < y + b; j++)\n",
-    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
-    "    }\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    grown[group.item] = grew;\n",
-    "    SPRINGLS__BARRIER;\n",
-    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
-    "    if (group.item == 0) springls__has_grown(model)[index] = grew > 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so\n",
-    "   fast that the nearest springls decide. With a solid angle the far side of a thin sheet would count as much as the near one. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
-    "{\n",
-    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
-    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
-    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
-    "}\n",
-    "\n",
-    "/* Adds the vote of a springl at (x + i, y, z) to side[i], i = 0..7, where omega is less than `capture` and the springl's bounding\n",
-    "   sphere (center, radius) is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
-    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2, vote;\n",
-    "        springls__vmask counts;\n",
-    "        at.x = (float)x + springls__vec_from(i);\n",
-    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
-    "        counts = (nearest < capture) & (d2 < within * within);\n",
-    "        if (!springls__vec_any(counts)) continue;\n",
-    "        vote = springls__vec_select(counts, springls__side(plan, at), zero);\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + vote);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */\n",
-    "SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
-    "                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const float capture = model->params.capture_range, r = s->bounding_radius + capture;\n",
-    "    const springls__v3 p = springls__sub(s->p, springls__voxel_place(origin, 0)), reach = springls__v3_make(r, r, r);\n",
-    "    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "    const springls__row_range rows = springls__rows_between(springls__sub(p, reach), springls__add(p, reach));\n",
-    "    int y, z;\n",
-    "    for (z = rows.z0; z <= rows.z1; z++)\n",
-    "        for (y = rows.y0; y <= rows.y1; y++) {\n",
-    "            const int v = 8 * y + 64 * z;\n",
-    "            if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,\n",
-    "                                   side + v);\n",
-    "        }\n",
-    "}\n",
-    "\n",
-    "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                             SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture_range;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int row, v, o[3];\n",
-    "    uint32_t k;\n",
-    "    (void)args;\n",
-    "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
-    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
-    "        int n = (int)model->cells.brick_list_ids[k];\n",
-    "        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);\n",
-    "    }\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
-    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
-    "}\n",
-    "\n",
-    "/* ---- regions: connected foreground that no springl is near ----\n",
-    "   The inside of the object, a hollow in it, a pocket with a narrow entrance. Each lies on one side as a whole: that of most\n",
-    "   voxels around it. Members are voxels and open constant bricks. */\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t voxel)\n",
-    "{\n",
-    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */\n",
-    "SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)\n",
-    "{\n",
-    "    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;\n",
-    "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
-    "}\n",
-    "\n",
-    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
-    "                                                 SPRINGLS__LOCAL float *memory)\n",
-    "{\n",
-    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
-    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
-    "    int row, v;\n",
-    "    (void)args;\n",
-    "    (void)memory;\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
-    "}\n",
-    "#line 11604 \"springls.h\"\n",
+    "#line 11835 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -40251,7 +40626,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11638 \"springls.h\"\n",
+    "#line 11869 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -40276,14 +40651,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11664 \"springls.h\"\n",
+    "#line 11895 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11671 \"springls.h\"\n",
+    "#line 11902 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40298,7 +40673,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11687 \"springls.h\"\n",
+    "#line 11918 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40424,7 +40799,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11813 \"springls.h\"\n",
+    "#line 12044 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40439,7 +40814,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11828 \"springls.h\"\n",
+    "#line 12059 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40565,7 +40940,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11955 \"springls.h\"\n",
+    "#line 12186 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -40857,7 +41232,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12248 \"springls.h\"\n",
+    "#line 12479 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -40910,6 +41285,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \\\n",
     "    X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \\\n",
     "    X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \\\n",
+    "    X(region_begin, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT))                                       \\\n",
+    "    X(region_resolve, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                                        \\\n",
     "    X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \\\n",
     "    X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \\\n",
     "    X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \\\n",
@@ -40948,13 +41325,15 @@ static const char *const springls__kernel_lines[] = {
     "    X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
-    "/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */\n",
+    "/* Lists kernels whose elements meet, at a counter, in a list or at a root (collectives.h, regions.h): the host runs them in order. */\n",
     "#define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \\\n",
     "    X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \\\n",
     "    X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \\\n",
     "    X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \\\n",
     "    X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \\\n",
-    "    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))\n",
+    "    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))                          \\\n",
+    "    X(region_join, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label))                                                                  \\\n",
+    "    X(region_vote, SIGNS, 64, SPRINGLS__BIT(PHI_NEXT))\n",
     "\n",
     "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
@@ -40988,12 +41367,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "\n",
-    "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
-    "   program, elements that a core of a processor takes at once. */\n",
-    "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
-    "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 24521 \"springls.h\"\n",
+    "#line 24664 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42014,7 +42388,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25543 \"springls.h\"\n",
+    "#line 25686 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -42600,7 +42974,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26130 \"springls.h\"\n",
+    "#line 26273 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43196,7 +43570,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43200 \"springls.h\"\n",
+    "#line 43574 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -43639,229 +44013,6 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region\n",
-    "   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any\n",
-    "   order: minima and sums of integers.\n",
-    "\n",
-    "   Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of\n",
-    "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
-    "\n",
-    "typedef struct springls__regions {\n",
-    "    __global int *label;\n",
-    "    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
-    "    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */\n",
-    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */\n",
-    "} springls__regions;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
-    "{\n",
-    "    springls__regions r;\n",
-    "    r.label = springls__region_label(model);\n",
-    "    r.votes = (__global int *)model->grid.phi_next;\n",
-    "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
-    "    r.rows = model->grid.active_count * SPRINGLS__ROWS;\n",
-    "    return r;\n",
-    "}\n",
-    "\n",
-    "/* Returns the number of a row's first voxel; finds where it lies. */\n",
-    "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
-    "{\n",
-    "    int slot = g->active[row / SPRINGLS__ROWS];\n",
-    "    springls__slot_origin(g, slot, at);\n",
-    "    at[1] += row % 8;\n",
-    "    at[2] += row / 8 % 8;\n",
-    "    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int entry)\n",
-    "{\n",
-    "    return model->grid.top[entry] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[entry] == SPRINGLS__OPEN;\n",
-    "}\n",
-    "\n",
-    "/* ---- begin: every node has its own label, but neighbours along a row share one ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__regions r = springls__regions_of(model);\n",
-    "    int first, v, at[3];\n",
-    "    (void)args;\n",
-    "    if (i >= r.rows) {\n",
-    "        r.label[r.voxels + i - r.rows] = springls__open_brick(model, i - r.rows) ? r.voxels + i - r.rows : -1;\n",
-    "        return;\n",
-    "    }\n",
-    "    first = springls__row_at(&model->grid, i, at);\n",
-    "    for (v = first; v < first + 8; v++) {\n",
-    "        bool member = springls__in_region(model, (size_t)v);\n",
-    "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
-    "        r.votes[v] = 0;\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* ---- join: neighbours get one root ---- */\n",
-    "\n",
-    "/* Returns the root of n as far as it is known: other work items join meanwhile. */\n",
-    "SPRINGLS__MATHS int springls__root_so_far(__global int *label, int n)\n",
-    "{\n",
-    "    int next = atomic_or(&label[n], 0);\n",
-    "    while (next != n) {\n",
-    "        n = next;\n",
-    "        next = atomic_or(&label[n], 0);\n",
-    "    }\n",
-    "    return n;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)\n",
-    "{\n",
-    "    a = springls__root_so_far(label, a);\n",
-    "    b = springls__root_so_far(label, b);\n",
-    "    while (a != b) {\n",
-    "        int high = springls__imax(a, b), low = springls__imin(a, b), before = atomic_min(&label[high], low);\n",
-    "        if (before == high) return;\n",
-    "        a = springls__root_so_far(label, before); /* another item was faster: join what it has joined */\n",
-    "        b = springls__root_so_far(label, low);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Returns the node at a voxel of the domain, or -1. */\n",
-    "SPRINGLS__MATHS int springls__region_node(const springls__model *model, const springls__regions *r, int x, int y, int z)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int entry, v;\n",
-    "    if (!springls__table_contains(g, x, y, z)) return -1;\n",
-    "    entry = springls__entry_at(g, x, y, z);\n",
-    "    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(model, entry) ? r->voxels + entry : -1;\n",
-    "    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    return springls__in_region(model, (size_t)v) ? v : -1;\n",
-    "}\n",
-    "\n",
-    "/* Joins an open constant brick with those before it along each axis. */\n",
-    "SPRINGLS__MATHS void springls__join_brick(const springls__model *model, const springls__regions *r, int entry)\n",
-    "{\n",
-    "    const springls__table *t = &model->grid.table;\n",
-    "    int axis, stride = 1, node = r->voxels + entry;\n",
-    "    if (!springls__open_brick(model, entry)) return;\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        bool first = entry / stride % t->bricks[axis] == 0;\n",
-    "        if (!first && springls__open_brick(model, entry - stride)) springls__region_unite(r->label, node, node - stride);\n",
-    "        stride *= t->bricks[axis];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */\n",
-    "SPRINGLS__MATHS void springls__join_row(const springls__model *model, const springls__regions *r, const int at[3], int d)\n",
-    "{\n",
-    "    int x, beside = -1;\n",
-    "    for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
-    "        int place[3], to[3], n, before = beside;\n",
-    "        place[0] = at[0] + x;\n",
-    "        place[1] = at[1];\n",
-    "        place[2] = at[2];\n",
-    "        springls__voxel_at_face(place, 1, d, 0, 0, to);\n",
-    "        n = springls__region_node(model, r, place[0], place[1], place[2]);\n",
-    "        beside = n < 0 ? -1 : springls__region_node(model, r, to[0], to[1], to[2]);\n",
-    "        if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */\n",
-    "        springls__region_unite(r->label, n, beside);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__regions r = springls__regions_of(model);\n",
-    "    int at[3], d;\n",
-    "    (void)args;\n",
-    "    if (i >= r.rows) {\n",
-    "        springls__join_brick(model, &r, i - r.rows);\n",
-    "        return;\n",
-    "    }\n",
-    "    springls__row_at(&model->grid, i, at);\n",
-    "    for (d = 0; d < 6; d++) springls__join_row(model, &r, at, d);\n",
-    "}\n",
-    "\n",
-    "/* ---- vote: the voxels around the members of a region are added up at its root ---- */\n",
-    "\n",
-    "/* Returns the root of n, when all are joined. */\n",
-    "SPRINGLS__MATHS int springls__region_root(__global const int *label, int n)\n",
-    "{\n",
-    "    while (label[n] != n) n = label[n];\n",
-    "    return n;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)\n",
-    "{\n",
-    "    const springls__grid *g = &model->grid;\n",
-    "    int slot;\n",
-    "    if (!springls__table_contains(g, x, y, z)) return 0;\n",
-    "    slot = springls__slot_at(g, x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT) return 0;\n",
-    "    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));\n",
-    "}\n",
-    "\n",
-    "/* Adds the votes around some members to their root; a root that is a brick has no voxel, and no votes. */\n",
-    "SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, int votes)\n",
-    "{\n",
-    "    if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)\n",
-    "{\n",
-    "    int at[3], to[3], d, k, votes = 0;\n",
-    "    if (!springls__open_brick(model, entry)) return;\n",
-    "    springls__entry_origin(&model->grid, entry, at);\n",
-    "    for (d = 0; d < 6; d++)\n",
-    "        for (k = 0; k < 64; k++) {\n",
-    "            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
-    "            votes += springls__vote_at(model, to[0], to[1], to[2]);\n",
-    "        }\n",
-    "    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);\n",
-    "}\n",
-    "\n",
-    "/* Adds up a row run by run of members: they have one root. */\n",
-    "SPRINGLS__MATHS void springls__vote_of_row(const springls__model *model, const springls__regions *r, int row)\n",
-    "{\n",
-    "    int at[3], first = springls__row_at(&model->grid, row, at), x, d, root = -1, votes = 0;\n",
-    "    for (x = 0; x <= 8; x++) {\n",
-    "        int label = x < 8 ? r->label[first + x] : -1;\n",
-    "        if (label < 0) {\n",
-    "            springls__add_votes(r, root, votes);\n",
-    "            root = -1;\n",
-    "            votes = 0;\n",
-    "            continue;\n",
-    "        }\n",
-    "        if (root < 0) root = springls__region_root(r->label, label);\n",
-    "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__vote_at(model, at[0] + x + d, at[1], at[2])\n",
-    "                   + springls__vote_at(model, at[0] + x, at[1] + d, at[2])\n",
-    "                   + springls__vote_at(model, at[0] + x, at[1], at[2] + d);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__regions r = springls__regions_of(model);\n",
-    "    (void)args;\n",
-    "    if (i >= r.rows) springls__vote_of_brick(model, &r, i - r.rows);\n",
-    "    else springls__vote_of_row(model, &r, i);\n",
-    "}\n",
-    "\n",
-    "/* ---- resolve: regions with more voxels of the outside around them are outside ---- */\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__regions r = springls__regions_of(model);\n",
-    "    int at[3], first, v, root = -1;\n",
-    "    (void)args;\n",
-    "    if (i >= r.rows) {\n",
-    "        if (!springls__open_brick(model, i - r.rows)) return;\n",
-    "        root = springls__region_root(r.label, r.voxels + i - r.rows);\n",
-    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - r.rows] = SPRINGLS__OUTSIDE;\n",
-    "        return;\n",
-    "    }\n",
-    "    first = springls__row_at(&model->grid, i, at);\n",
-    "    for (v = first; v < first + 8; v++) {\n",
-    "        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);\n",
-    "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
-    "    }\n",
-    "}\n",
     "/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths\n",
     "   here. */\n",
     "\n",
@@ -43928,13 +44079,11 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
     "#define SPRINGLS__SIMD_ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)\n",
     "#define SPRINGLS__BRICK_ENTRY(name, program, grain, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)\n",
-    "#define SPRINGLS__COLLECTIVE_ENTRY(name, program, grain) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__ORDERED_KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__DEVICE_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
-    "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
 #endif
     ""   /* not counted: the array must not be empty */
 };

@@ -207,22 +207,12 @@ typedef void *springls__cl_symbol;
                                   cl_uint, const cl_event *, cl_event *))                                                        \
     X(Finish, cl_int, (cl_command_queue))
 
-typedef enum springls__collective {
-#define SPRINGLS__COLLECTIVE_NUMBER(name, program, grain) SPRINGLS__COLLECTIVE_##name,
-    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_NUMBER)
-#undef SPRINGLS__COLLECTIVE_NUMBER
-    SPRINGLS__COLLECTIVE_COUNT
-} springls__collective;
-
 typedef enum springls__program {
 #define SPRINGLS__PROGRAM_NUMBER(name) SPRINGLS__PROGRAM_##name,
     SPRINGLS__PROGRAMS(SPRINGLS__PROGRAM_NUMBER)
 #undef SPRINGLS__PROGRAM_NUMBER
     SPRINGLS__PROGRAM_COUNT
 } springls__program;
-
-/* The kernels of the table, then the collectives. */
-enum { SPRINGLS__CL_KERNELS = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT };
 
 typedef struct springls__cl_kernel { const char *name; springls__program program; int grain; bool brick; } springls__cl_kernel;
 
@@ -234,9 +224,6 @@ static const springls__cl_kernel springls__cl_kernels[] = {
 #define SPRINGLS__CL_BRICK(name, program, grain, writes, floats) { #name, SPRINGLS__PROGRAM_##program, grain, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_BRICK)
 #undef SPRINGLS__CL_BRICK
-#define SPRINGLS__CL_COLLECTIVE(name, program, grain) { #name, SPRINGLS__PROGRAM_##program, grain, false },
-    SPRINGLS__COLLECTIVES(SPRINGLS__CL_COLLECTIVE)
-#undef SPRINGLS__CL_COLLECTIVE
 };
 
 #define SPRINGLS__CL_MAX_PLATFORMS 16 /* and devices of one; others are not seen */
@@ -252,7 +239,7 @@ typedef struct springls__cl {
     cl_command_queue queue;
     cl_program programs[SPRINGLS__PROGRAM_COUNT]; /* NULL: not compiled yet, and so are its kernels                 */
     bool refused[SPRINGLS__PROGRAM_COUNT];        /* it did not compile: no step tries again                        */
-    cl_kernel kernels[SPRINGLS__CL_KERNELS];
+    cl_kernel kernels[SPRINGLS__KERNEL_COUNT];
     char *velocity_source;
     springls_cl_cache cache;
     char *folder;           /* cache.user, where it is one                                                      */
@@ -423,38 +410,6 @@ SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, int kern
     SPRINGLS__TRY(springls__cl_check(ctx, error, info->name));
     memmove(cl->started + 1, cl->started, (SPRINGLS__CL_LAST - 1) * sizeof *cl->started);
     cl->started[0] = info->name;
-    return SPRINGLS_OK;
-}
-
-/* ---- collectives: sequences of the kernels of collectives.cl and regions.cl ---- */
-
-/* Starts a collective; args NULL: it takes none. */
-SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
-                                                  const springls__arguments *args)
-{
-    springls__arguments none;
-    memset(&none, 0, sizeof none);
-    return springls__cl_launch(ctx, (int)SPRINGLS__KERNEL_COUNT + (int)collective, count, args ? *args : none);
-}
-
-/* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
-SPRINGLS__FN springls_status springls__cl_reserve(springls_context *ctx, uint64_t writes)
-{
-    return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
-}
-
-SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
-{
-    static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
-                                                    SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
-    const springls__grid *g = &ctx->model.grid;
-    const uint64_t writes = SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
-    size_t bricks = springls__entry_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
-    int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, writes));
-    for (i = 0; i < sizeof kernels / sizeof *kernels; i++) SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, NULL));
     return SPRINGLS_OK;
 }
 
@@ -655,7 +610,7 @@ SPRINGLS__FN cl_int springls__cl_build_kernels(springls__cl_build_state *b)
     int kernel;
     springls__cl_options(cl, options);
     error = cl->BuildProgram(b->program, 1, &cl->device, options, NULL, NULL);
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && error == CL_SUCCESS; kernel++) {
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++) {
         if (springls__cl_kernels[kernel].program != b->number) continue;
         snprintf(entry, sizeof entry, "springls_%s", springls__cl_kernels[kernel].name);
         cl->kernels[kernel] = cl->CreateKernel(b->program, entry, &error);
@@ -666,7 +621,7 @@ SPRINGLS__FN cl_int springls__cl_build_kernels(springls__cl_build_state *b)
 SPRINGLS__FN void springls__cl_release_program(springls__cl *cl, springls__program number, cl_program program)
 {
     int kernel;
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++) {
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT; kernel++) {
         if (springls__cl_kernels[kernel].program != number || !cl->kernels[kernel]) continue;
         cl->ReleaseKernel(cl->kernels[kernel]);
         cl->kernels[kernel] = NULL;
@@ -935,7 +890,7 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     springls__cl *cl = (springls__cl *)(void *)backend;
     int kernel, program;
     if (!cl) return;
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++)
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
     for (program = 0; program < (int)SPRINGLS__PROGRAM_COUNT; program++)
         if (cl->programs[program]) cl->ReleaseProgram(cl->programs[program]);
@@ -955,7 +910,6 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->upload = springls__cl_upload;
     base->finish = springls__cl_finish;
     base->run = springls__cl_launch;
-    base->resolve_regions = springls__cl_resolve_regions;
 }
 
 /* Copies the velocity's text and the cache; returns false without memory for that. */
@@ -1027,8 +981,8 @@ SPRINGLS__FN bool springls__cl_report(const springls__cl *cl, const springls_pro
 {
     int compiled = 0, kernel;
     if (!progress || !progress->report) return false;
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++) compiled += cl->kernels[kernel] != NULL;
-    return (progress->report)(progress->user, (float)(compiled + started) / (float)(2 * SPRINGLS__CL_KERNELS)) != 0;
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT; kernel++) compiled += cl->kernels[kernel] != NULL;
+    return (progress->report)(progress->user, (float)(compiled + started) / (float)(2 * (int)SPRINGLS__KERNEL_COUNT)) != 0;
 }
 
 /* Builds the next programs that have not been built, from *program on; returns the first failure. */
@@ -1089,7 +1043,7 @@ SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, cons
     }
     memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, enough, NULL, &error);
     SPRINGLS__TRY(springls__cl_prepared(cl, error, "device memory"));
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && status == SPRINGLS_OK; kernel++) {
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT && status == SPRINGLS_OK; kernel++) {
         status = springls__cl_prepared(cl, springls__cl_run_empty(cl, kernel, memory), springls__cl_kernels[kernel].name);
         if (status == SPRINGLS_OK && springls__cl_report(cl, progress, kernel + 1)) status = SPRINGLS_CANCELLED;
     }

@@ -5,7 +5,6 @@
 
 #include "displace_simd.cl"
 #include "kernels.h"
-#include "regions.cl"
 
 #define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,
 #define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;
@@ -70,12 +69,10 @@
 #define SPRINGLS__ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
 #define SPRINGLS__SIMD_ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)
 #define SPRINGLS__BRICK_ENTRY(name, program, grain, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)
-#define SPRINGLS__COLLECTIVE_ENTRY(name, program, grain) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)
 SPRINGLS__ORDERED_KERNELS(SPRINGLS__ENTRY)
 SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)
 SPRINGLS__DEVICE_KERNELS(SPRINGLS__SIMD_ENTRY)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)
-SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)
 
 #endif

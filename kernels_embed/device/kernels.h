@@ -18,6 +18,7 @@
 #include "../stages/overlap.h"
 #include "../stages/project_brick.h"
 #include "../stages/rebuild.h"
+#include "../stages/regions.h"
 #include "../stages/relax.h"
 #include "../stages/resample.h"
 #include "../stages/sleep.h"
@@ -78,6 +79,8 @@
     X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \
     X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \
     X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \
+    X(region_begin, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT))                                       \
+    X(region_resolve, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                                        \
     X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \
     X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
     X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
@@ -116,13 +119,15 @@
     X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
-/* Lists kernels whose elements meet, at a counter or in a list (collectives.h): the host runs them in order. */
+/* Lists kernels whose elements meet, at a counter, in a list or at a root (collectives.h, regions.h): the host runs them in order. */
 #define SPRINGLS__ORDERED_KERNELS(X)                                                                                             \
     X(cells_count, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(COUNTS))                                                      \
     X(cells_radius, LISTS, 512, SPRINGLS__BIT(COUNTS))                                                                           \
     X(cells_scatter, LISTS, 512, SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES))                               \
     X(brick_lists_count, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                            \
-    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))
+    X(brick_lists_scatter, LISTS, 128, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS))                          \
+    X(region_join, SIGNS, 64, SPRINGLS__ROLE_BIT(region_label))                                                                  \
+    X(region_vote, SIGNS, 64, SPRINGLS__BIT(PHI_NEXT))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
@@ -156,10 +161,5 @@
     X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
           | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))
-
-/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
-   program, elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 #endif

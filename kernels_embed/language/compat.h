@@ -21,6 +21,10 @@
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   /* Raises a number in global memory to at least `number`; work items may meet there. */
   #define SPRINGLS__RAISE(pointer, number) atomic_max((volatile __global uint *)(pointer), number)
+  /* Reads an int, lowers one to at most `number` with *before as it was, adds to one; work items may meet there. */
+  #define SPRINGLS__READ(pointer) atomic_or(pointer, 0)
+  #define SPRINGLS__LOWER(before, pointer, number) ((before) = atomic_min(pointer, number))
+  #define SPRINGLS__ADD(pointer, number) atomic_add(pointer, number)
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
@@ -68,6 +72,10 @@
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   #define SPRINGLS__RAISE(pointer, number) (*(pointer) = *(pointer) < (number) ? (number) : *(pointer))
+  #define SPRINGLS__READ(pointer) (*(pointer))
+  #define SPRINGLS__LOWER(before, pointer, number) \
+      ((before) = *(pointer), *(pointer) = (number) < (before) ? (number) : (before))
+  #define SPRINGLS__ADD(pointer, number) (*(pointer) += (number))
   #if defined(__GNUC__)
     #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)
   #else

@@ -54,7 +54,7 @@
     /* unsigned_to_signed */                                                                                                     \
     X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
     X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
-    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
+    X(region_label, int, 1)                     /* of a voxel, then of entries of the top table: see regions.h               */ \
     /* the isosurface */                                                                                                         \
     X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
     X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
@@ -76,7 +76,6 @@
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
-    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \

@@ -69,105 +69,18 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     return SPRINGLS_OK;
 }
 
-/* The region that is flooded: see springls__in_region. A device joins labels by union-find instead (regions.cl), as one flood
-   is the work of one thread. */
-typedef struct springls__region {
-    springls_context *ctx;
-    uint8_t *state;       /* of the entries of the top table                            */
-    int64_t *member;      /* a voxel's place in phi, or -1 - entry for a constant brick */
-    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
-} springls__region;
-
-enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
-static const float springls__counted = -2.0f; /* a voxel that is            */
-
-/* Returns the place in phi of the i-th voxel of the active bricks. */
-SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
-{
-    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
-}
-
-SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
-{
-    return springls__in_region(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
-}
-
-/* Adds a voxel, or the open constant brick it is in, to the region, or counts its vote. */
-SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int slot;
-    int64_t v;
-    if (!springls__table_contains(g, x, y, z)) return;
-    slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) {
-        int entry = springls__entry_at(g, x, y, z);
-        if (r->state[entry] != SPRINGLS__OPEN) return;
-        r->state[entry] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)entry;
-        return;
-    }
-    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    r->votes += springls__vote_of_voxel(&r->ctx->model, (size_t)v);
-    if (!springls__uncounted(r, v)) return;
-    g->phi[v] = springls__counted;
-    r->member[r->count++] = v;
-}
-
-/* Visits what lies beside a voxel, or beside the faces of a constant brick. */
-SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
-{
-    const springls__grid *g = &r->ctx->model.grid;
-    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int origin[3], at[3], to[3];
-    if (member < 0) springls__entry_origin(g, (int)(-1 - member), origin);
-    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), origin);
-    springls__voxel_of_brick(origin, v, at);
-    for (d = 0; d < 6; d++)
-        for (j = 0; j < n; j++)
-            for (i = 0; i < n; i++) {
-                springls__voxel_at_face(at, n, d, i, j, to);
-                springls__region_visit(r, to[0], to[1], to[2]);
-            }
-}
-
-/* Floods the region of a voxel; puts it outside when more voxels around it are outside. */
-SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
-{
-    springls__grid *g = &r->ctx->model.grid;
-    int64_t i;
-    r->count = r->votes = 0;
-    g->phi[first] = springls__counted;
-    r->member[r->count++] = first;
-    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
-    if (r->votes <= 0) return;
-    for (i = 0; i < r->count; i++) {
-        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
-        else g->phi[r->member[i]] = 1.0f;
-    }
-}
-
-/* Floods the regions one after the other, each from its first voxel, and resolves their sides. */
+/* Finds regions and resolves their sides: see springls__in_region. */
 SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
-    springls__region region;
-    size_t room = springls__entry_count(g);
-    int64_t v;
-    if (ctx->on_device) {
-        springls_status status = (ctx->backend->resolve_regions)(ctx);
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    region.ctx = ctx;
-    region.state = springls__brick_state(&ctx->model);
-    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_members, room));
-    region.member = springls__region_members(&ctx->model);
-    for (v = 0; v < voxels; v++) {
-        int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
-    }
+    const size_t entries = springls__entry_count(&ctx->model.grid);
+    const size_t nodes = (size_t)ctx->model.grid.slot_count * SPRINGLS__BRICK_VOXELS + entries;
+    const int elements = ctx->model.grid.active_count * SPRINGLS__ROWS + (int)entries;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "too many voxels to be numbered");
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
+    springls__run(ctx, SPRINGLS__KERNEL_region_begin, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_join, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_vote, elements, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_region_resolve, elements, NULL);
     return SPRINGLS_OK;
 }
 

@@ -5,9 +5,15 @@
 #undef SPRINGLS__BARRIER
 #undef SPRINGLS__NEXT
 #undef SPRINGLS__RAISE
+#undef SPRINGLS__READ
+#undef SPRINGLS__LOWER
+#undef SPRINGLS__ADD
 #define SPRINGLS__BARRIER device_barrier(__FILE__, __LINE__)
 #define SPRINGLS__NEXT(pointer) atomic_add(pointer, 1u)
 #define SPRINGLS__RAISE(pointer, number) atomic_max(pointer, number)
+#define SPRINGLS__READ(pointer) atomic_or(pointer, 0)
+#define SPRINGLS__LOWER(before, pointer, number) ((before) = atomic_min(pointer, number))
+#define SPRINGLS__ADD(pointer, number) atomic_add(pointer, number)
 #define __global
 #define atomic_add(pointer, n) __atomic_fetch_add(pointer, n, __ATOMIC_RELAXED)
 #define atomic_or(pointer, bits) __atomic_fetch_or(pointer, bits, __ATOMIC_RELAXED)
@@ -33,7 +39,6 @@ static uint atomic_max(volatile uint *pointer, uint n)
 
 #include "kernels_embed/device/kernels.h"
 #include "device_velocity.h"
-#include "kernels_embed/device/regions.cl"
 
 #define KERNEL_ELEMENT(name, ...)                                                                            \
     static void name##_element(const springls__model *model, springls__arguments args, int i, float *memory) \
@@ -45,14 +50,12 @@ SPRINGLS__KERNELS(KERNEL_ELEMENT)
 SPRINGLS__SIMD_KERNELS(KERNEL_ELEMENT)
 SPRINGLS__DEVICE_KERNELS(KERNEL_ELEMENT)
 SPRINGLS__ORDERED_KERNELS(KERNEL_ELEMENT)
-SPRINGLS__COLLECTIVES(KERNEL_ELEMENT)
 
 #define KERNEL_ALONE(name, ...) { #name, name##_element, 0 },
 #define KERNEL_BRICK(name, program, grain, writes, floats) { #name, springls__##name##_element, floats },
 const device_kernel device_kernels[] = {
     SPRINGLS__KERNELS(KERNEL_ALONE) SPRINGLS__SIMD_KERNELS(KERNEL_ALONE) SPRINGLS__DEVICE_KERNELS(KERNEL_ALONE)
     SPRINGLS__ORDERED_KERNELS(KERNEL_ALONE)
-    SPRINGLS__COLLECTIVES(KERNEL_ALONE)
     SPRINGLS__BRICK_KERNELS(KERNEL_BRICK) { NULL, NULL, 0 }
 };
 

@@ -1,13 +1,18 @@
-/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region
-   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any
-   order: minima and sums of integers.
+/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where
+   they join and add up. Results are the same in any order: minima and sums of integers.
 
    Nodes are the voxels of regions, numbered as in phi, and behind them the open constant bricks. region_label has the label of
    each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */
+#ifndef SPRINGLS__KERNEL_STAGES_REGIONS_H
+#define SPRINGLS__KERNEL_STAGES_REGIONS_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
+#include "unsigned_to_signed.h"
 
 typedef struct springls__regions {
-    __global int *label;
-    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
+    SPRINGLS__GLOBAL int *label;
+    SPRINGLS__GLOBAL int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
     int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */
     int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */
 } springls__regions;
@@ -16,7 +21,7 @@ SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *mo
 {
     springls__regions r;
     r.label = springls__region_label(model);
-    r.votes = (__global int *)model->grid.phi_next;
+    r.votes = (SPRINGLS__GLOBAL int *)model->grid.phi_next;
     r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;
     r.rows = model->grid.active_count * SPRINGLS__ROWS;
     return r;
@@ -59,22 +64,23 @@ SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model
 /* ---- join: neighbours get one root ---- */
 
 /* Returns the root of n as far as it is known: other work items join meanwhile. */
-SPRINGLS__MATHS int springls__root_so_far(__global int *label, int n)
+SPRINGLS__MATHS int springls__root_so_far(SPRINGLS__GLOBAL int *label, int n)
 {
-    int next = atomic_or(&label[n], 0);
+    int next = SPRINGLS__READ(label + n);
     while (next != n) {
         n = next;
-        next = atomic_or(&label[n], 0);
+        next = SPRINGLS__READ(label + n);
     }
     return n;
 }
 
-SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)
+SPRINGLS__MATHS void springls__region_unite(SPRINGLS__GLOBAL int *label, int a, int b)
 {
     a = springls__root_so_far(label, a);
     b = springls__root_so_far(label, b);
     while (a != b) {
-        int high = springls__imax(a, b), low = springls__imin(a, b), before = atomic_min(&label[high], low);
+        int high = springls__imax(a, b), low = springls__imin(a, b), before;
+        SPRINGLS__LOWER(before, label + high, low);
         if (before == high) return;
         a = springls__root_so_far(label, before); /* another item was faster: join what it has joined */
         b = springls__root_so_far(label, low);
@@ -126,20 +132,21 @@ SPRINGLS__MATHS void springls__join_row(const springls__model *model, const spri
 SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__regions r = springls__regions_of(model);
-    int at[3], d;
+    int at[3], d, first, v;
     (void)args;
     if (i >= r.rows) {
         springls__join_brick(model, &r, i - r.rows);
         return;
     }
-    springls__row_at(&model->grid, i, at);
-    for (d = 0; d < 6; d++) springls__join_row(model, &r, at, d);
+    first = springls__row_at(&model->grid, i, at);
+    for (v = first; v < first + 8 && r.label[v] < 0;) v++;
+    for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);
 }
 
 /* ---- vote: the voxels around the members of a region are added up at its root ---- */
 
 /* Returns the root of n, when all are joined. */
-SPRINGLS__MATHS int springls__region_root(__global const int *label, int n)
+SPRINGLS__MATHS int springls__region_root(SPRINGLS__GLOBAL const int *label, int n)
 {
     while (label[n] != n) n = label[n];
     return n;
@@ -158,7 +165,7 @@ SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y
 /* Adds the votes around some members to their root; a root that is a brick has no voxel, and no votes. */
 SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, int votes)
 {
-    if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);
+    if (root >= 0 && root < r->voxels && votes != 0) SPRINGLS__ADD(r->votes + root, votes);
 }
 
 SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)
@@ -221,3 +228,5 @@ SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *mod
         if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;
     }
 }
+
+#endif
