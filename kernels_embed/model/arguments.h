@@ -91,8 +91,11 @@ typedef struct springls__chunk_arguments { int array, size, count, chunks, value
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
 
-/* bricks_add: chunks of the top table, and how many slots are free. */
-typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;
+/* bricks_add: chunks of the top table, and how many slots are free, and are there, before bricks take some. */
+typedef struct springls__brick_add_arguments {
+    springls__chunk_arguments chunk;
+    int free_count, slot_count;
+} springls__brick_add_arguments;
 
 /* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
 typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;

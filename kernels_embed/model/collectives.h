@@ -337,7 +337,7 @@ SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, 
     for (b = springls__chunk_begin(args.brick_add.chunk, i); b < springls__chunk_end(args.brick_add.chunk, i); b++) {
         if (!model->work.brick_flag[b]) continue;
         if (g->top[b] < SPRINGLS__FIRST_SLOT) {
-            int slot = springls__slot_of_new(g, args.brick_add.free_count, n);
+            int slot = springls__slot_of_new(g, args.brick_add.free_count, args.brick_add.slot_count, n);
             model->work.new_slots[n++] = slot;
             springls__add_brick(g, b, slot);
         }

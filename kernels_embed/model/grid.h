@@ -602,9 +602,9 @@ SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int
 }
 
 /* Returns the slot of the n-th of some new bricks: one of the `free_count` free slots, the last one first, or one behind all. */
-SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int n)
+SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_count, int slot_count, int n)
 {
-    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
+    return n < free_count ? g->free_slots[free_count - 1 - n] : slot_count + n - free_count;
 }
 
 /* Activates the constant brick of an entry; the slot's first voxel gets the constant. */

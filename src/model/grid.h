@@ -112,7 +112,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Counts the slots that n new bricks have taken (springls__slot_of_new). */
+/* Counts the slots that n new bricks take (springls__slot_of_new). */
 SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
 {
     int reused = springls__imin(n, g->free_count);
@@ -155,12 +155,13 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx, spri
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + springls__imax(added - dropped - g->free_count, 0)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)added, 0));
     springls__run(ctx, SPRINGLS__KERNEL_bricks_drop, chunks.chunk.chunks, &chunks);
+    g->free_count += dropped;
     args.brick_add.chunk = chunks.chunk;
-    args.brick_add.free_count = g->free_count + dropped;
+    args.brick_add.free_count = g->free_count;
+    args.brick_add.slot_count = g->slot_count;
+    springls__take_slots(g, added);
     springls__run(ctx, SPRINGLS__KERNEL_bricks_add, chunks.chunk.chunks, &args);
     springls__run(ctx, SPRINGLS__KERNEL_bricks_fill, added, NULL);
-    g->free_count += dropped;
-    springls__take_slots(g, added);
     g->active_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ACTIVE);
     return SPRINGLS_OK;
 }
