@@ -482,7 +482,7 @@ TEST threads_compile(int full)
     ASSERT_EQ(1 + SPRINGLS__CL_AT_ONCE, from_text() + from_cache());
     ASSERT_OK(springls_cl_prepare(backend, &progress));
     ASSERT_EQ(PROGRAMS, full ? from_cache() : from_text());
-    ASSERT_EQ(2 + SPRINGLS__CL_KERNELS, p.reports);
+    ASSERT_EQ(2 + (int)SPRINGLS__KERNEL_COUNT, p.reports);
     ASSERT(p.ordered && p.last == 1.0f);
     ASSERT_EQ(PROGRAMS, memory.count);
     ASSERT(hash_on(backend) == hash_on(NULL));
@@ -515,7 +515,7 @@ TEST the_code_of_a_driver(void)
         ASSERT_EQ(1, memory.stores);
         cl = (springls__cl *)(void *)backend;
         buffer = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, 65536, NULL, &error);
-        for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++)
+        for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT; kernel++)
             if (cl->kernels[kernel]) ASSERT_EQ(CL_SUCCESS, springls__cl_run_empty(cl, kernel, buffer));
         cl->ReleaseMemObject(buffer);
         springls_cl_destroy(backend);

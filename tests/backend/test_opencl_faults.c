@@ -183,7 +183,7 @@ FIXTURE springls_status prepare(springls_backend *backend, int stop, preparing *
 /* After it no step starts a kernel that has not run. */
 TEST kernels_are_compiled_before_the_first_step(void)
 {
-    const int kernels = SPRINGLS__CL_KERNELS, programs = SPRINGLS__PROGRAM_COUNT;
+    const int kernels = (int)SPRINGLS__KERNEL_COUNT, programs = SPRINGLS__PROGRAM_COUNT;
     springls_sphere ball = { { 9.5f, 9.5f, 9.5f }, 5.0f };
     springls_desc desc;
     springls_step_desc step;

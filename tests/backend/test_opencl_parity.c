@@ -117,8 +117,7 @@ FIXTURE size_t parity_first_difference(const void *a, const void *b, size_t byte
     return i;
 }
 
-/* Returns true for kernels that list numbers, or link labels, in an order left to chance, or copy springls with the bytes between their
-   members. */
+/* Returns true for kernels that list numbers, or link labels, in an order left to chance, or copy the bytes between members. */
 FIXTURE bool parity_leaves_chance(int kernel)
 {
     return kernel == SPRINGLS__KERNEL_cells_scatter || kernel == SPRINGLS__KERNEL_brick_lists_scatter
