@@ -6673,21 +6673,37 @@ SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *m
 
 /* ---- bricks come and go: those flagged become the active ones (springls__change_bricks) ---- */
 
-/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
-SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
+/* Returns whether a brick beside that of an entry has none. */
+SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
 {
-    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;
-    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1 : 0;
+    int place[3], axis;
+    bool at_end = false;
+    springls__entry_origin(g, entry, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] /= SPRINGLS__BRICK;
+        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
+                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
+    }
+    return at_end;
 }
 
-/* Flags a brick; counts[BRICKS_BEYOND] becomes 1 when the top table does not have it. */
+/* Flags the bricks that are active, or none. The flag behind the last one is for those that the top table has no room for. */
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
+{
+    const bool active = i < (int)springls__entry_count(&model->grid) && model->grid.top[i] >= SPRINGLS__FIRST_SLOT;
+    model->work.brick_flag[i] = args.brick_flag.keep && active ? 1 : 0;
+}
+
+/* Flags a brick, and the one behind the last where the top table does not have it, or has it at its end. */
 SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
-    int place[3], axis;
+    int place[3], axis, entry = -1;
     for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;
-    if (!springls__has_entry(g, place)) SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
-    else SPRINGLS__MARK(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2]), 1);
+    if (springls__has_entry(g, place)) entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
+    if (entry >= 0) SPRINGLS__MARK(model->work.brick_flag + entry, 1);
+    if (entry < 0 || (g->top[entry] < SPRINGLS__FIRST_SLOT && springls__at_table_end(g, entry)))
+        SPRINGLS__MARK(model->work.brick_flag + springls__entry_count(g), 1);
 }
 
 /* Marks bricks around the one at `origin`. */
@@ -6739,22 +6755,7 @@ SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, s
             for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);
 }
 
-/* Returns whether a brick beside that of an entry has none. */
-SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
-{
-    int place[3], axis;
-    bool at_end = false;
-    springls__entry_origin(g, entry, place);
-    for (axis = 0; axis < 3; axis++) {
-        place[axis] /= SPRINGLS__BRICK;
-        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
-                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
-    }
-    return at_end;
-}
-
-/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. One
-   to add at an end of the table counts as beyond it. */
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */
 SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
     uint32_t dropped = 0, added = 0, active = 0;
@@ -6764,8 +6765,6 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
         dropped += there && !wanted ? 1u : 0u;
         added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
-        if (wanted && !there && springls__at_table_end(&model->grid, b))
-            SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
     }
     model->work.sums[3 * i] = dropped;
     model->work.sums[3 * i + 1] = added;
@@ -6776,6 +6775,7 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
 SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
+    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = model->work.brick_flag[args.chunk.count];
 }
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)
@@ -12553,12 +12553,12 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
     X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
     X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
-    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
-    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
-    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
-    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \
-    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
-    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \
+    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG))                                                                      \
+    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG))                                                                      \
+    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                          \
+    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                           \
+    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG))                                                                          \
+    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                               \
     X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \
     X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \
     X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \
@@ -14036,8 +14036,8 @@ SPRINGLS__FN springls_status springls__flags_begin(springls_context *ctx, bool k
     const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
     args.brick_flag.keep = keep;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries, 0));
-    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries, &args);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries + 1, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries + 1, &args);
     return SPRINGLS_OK;
 }
 
@@ -35466,21 +35466,37 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__change_bricks) ---- */\n",
     "\n",
-    "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
-    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Returns whether a brick beside that of an entry has none. */\n",
+    "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
     "{\n",
-    "    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;\n",
-    "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1 : 0;\n",
+    "    int place[3], axis;\n",
+    "    bool at_end = false;\n",
+    "    springls__entry_origin(g, entry, place);\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        place[axis] /= SPRINGLS__BRICK;\n",
+    "        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))\n",
+    "                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));\n",
+    "    }\n",
+    "    return at_end;\n",
     "}\n",
     "\n",
-    "/* Flags a brick; counts[BRICKS_BEYOND] becomes 1 when the top table does not have it. */\n",
+    "/* Flags the bricks that are active, or none. The flag behind the last one is for those that the top table has no room for. */\n",
+    "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const bool active = i < (int)springls__entry_count(&model->grid) && model->grid.top[i] >= SPRINGLS__FIRST_SLOT;\n",
+    "    model->work.brick_flag[i] = args.brick_flag.keep && active ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "/* Flags a brick, and the one behind the last where the top table does not have it, or has it at its end. */\n",
     "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int place[3], axis;\n",
+    "    int place[3], axis, entry = -1;\n",
     "    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;\n",
-    "    if (!springls__has_entry(g, place)) SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);\n",
-    "    else SPRINGLS__MARK(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2]), 1);\n",
+    "    if (springls__has_entry(g, place)) entry = springls__entry_at(g, origin[0], origin[1], origin[2]);\n",
+    "    if (entry >= 0) SPRINGLS__MARK(model->work.brick_flag + entry, 1);\n",
+    "    if (entry < 0 || (g->top[entry] < SPRINGLS__FIRST_SLOT && springls__at_table_end(g, entry)))\n",
+    "        SPRINGLS__MARK(model->work.brick_flag + springls__entry_count(g), 1);\n",
     "}\n",
     "\n",
     "/* Marks bricks around the one at `origin`. */\n",
@@ -35532,22 +35548,7 @@ static const char *const springls__kernel_lines[] = {
     "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
     "}\n",
     "\n",
-    "/* Returns whether a brick beside that of an entry has none. */\n",
-    "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
-    "{\n",
-    "    int place[3], axis;\n",
-    "    bool at_end = false;\n",
-    "    springls__entry_origin(g, entry, place);\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        place[axis] /= SPRINGLS__BRICK;\n",
-    "        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))\n",
-    "                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));\n",
-    "    }\n",
-    "    return at_end;\n",
-    "}\n",
-    "\n",
-    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. One\n",
-    "   to add at an end of the table counts as beyond it. */\n",
+    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */\n",
     "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint32_t dropped = 0, added = 0, active = 0;\n",
@@ -35557,8 +35558,6 @@ static const char *const springls__kernel_lines[] = {
     "        dropped += there && !wanted ? 1u : 0u;\n",
     "        added += wanted && !there ? 1u : 0u;\n",
     "        active += wanted ? 1u : 0u;\n",
-    "        if (wanted && !there && springls__at_table_end(&model->grid, b))\n",
-    "            SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);\n",
     "    }\n",
     "    model->work.sums[3 * i] = dropped;\n",
     "    model->work.sums[3 * i + 1] = added;\n",
@@ -35569,6 +35568,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
+    "    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = model->work.brick_flag[args.chunk.count];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -41314,12 +41314,12 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \\\n",
     "    X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \\\n",
     "    X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \\\n",
-    "    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \\\n",
-    "    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \\\n",
-    "    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \\\n",
-    "    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \\\n",
-    "    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \\\n",
-    "    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \\\n",
+    "    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG))                                                                      \\\n",
+    "    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG))                                                                      \\\n",
+    "    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                          \\\n",
+    "    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                           \\\n",
+    "    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG))                                                                          \\\n",
+    "    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                               \\\n",
     "    X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \\\n",
     "    X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \\\n",
     "    X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \\\n",

@@ -101,12 +101,12 @@
     X(brick_lists_rank, LISTS, 1024, SPRINGLS__ROLE_BIT(brick_rank))                                                             \
     X(brick_lists_clear, LISTS, 1024, SPRINGLS__BIT(BRICK_LIST_FIRST))                                                           \
     X(brick_lists_sort, LISTS, 8, SPRINGLS__BIT(BRICK_LIST_IDS))                                                                 \
-    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
-    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                              \
-    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
-    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                   \
-    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG) | SPRINGLS__BIT(COUNTS))                                                  \
-    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                       \
+    X(bricks_begin, LISTS, 4096, SPRINGLS__BIT(BRICK_FLAG))                                                                      \
+    X(mark_outside, LISTS, 1024, SPRINGLS__BIT(BRICK_FLAG))                                                                      \
+    X(mark_cover, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                          \
+    X(mark_band, LISTS, 64, SPRINGLS__BIT(BRICK_FLAG))                                                                           \
+    X(mark_near, LISTS, 512, SPRINGLS__BIT(BRICK_FLAG))                                                                          \
+    X(bricks_count, LISTS, 1, SPRINGLS__BIT(SUMS))                                                                               \
     X(bricks_sums, LISTS, 1, SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(COUNTS))                                                        \
     X(bricks_drop, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(FREE_SLOTS))  \
     X(bricks_add, LISTS, 1, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)          \

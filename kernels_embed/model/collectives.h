@@ -215,21 +215,37 @@ SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *m
 
 /* ---- bricks come and go: those flagged become the active ones (springls__change_bricks) ---- */
 
-/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
-SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
+/* Returns whether a brick beside that of an entry has none. */
+SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
 {
-    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = 0u;
-    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1 : 0;
+    int place[3], axis;
+    bool at_end = false;
+    springls__entry_origin(g, entry, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] /= SPRINGLS__BRICK;
+        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
+                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
+    }
+    return at_end;
 }
 
-/* Flags a brick; counts[BRICKS_BEYOND] becomes 1 when the top table does not have it. */
+/* Flags the bricks that are active, or none. The flag behind the last one is for those that the top table has no room for. */
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
+{
+    const bool active = i < (int)springls__entry_count(&model->grid) && model->grid.top[i] >= SPRINGLS__FIRST_SLOT;
+    model->work.brick_flag[i] = args.brick_flag.keep && active ? 1 : 0;
+}
+
+/* Flags a brick, and the one behind the last where the top table does not have it, or has it at its end. */
 SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
-    int place[3], axis;
+    int place[3], axis, entry = -1;
     for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;
-    if (!springls__has_entry(g, place)) SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
-    else SPRINGLS__MARK(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2]), 1);
+    if (springls__has_entry(g, place)) entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
+    if (entry >= 0) SPRINGLS__MARK(model->work.brick_flag + entry, 1);
+    if (entry < 0 || (g->top[entry] < SPRINGLS__FIRST_SLOT && springls__at_table_end(g, entry)))
+        SPRINGLS__MARK(model->work.brick_flag + springls__entry_count(g), 1);
 }
 
 /* Marks bricks around the one at `origin`. */
@@ -281,22 +297,7 @@ SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, s
             for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);
 }
 
-/* Returns whether a brick beside that of an entry has none. */
-SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
-{
-    int place[3], axis;
-    bool at_end = false;
-    springls__entry_origin(g, entry, place);
-    for (axis = 0; axis < 3; axis++) {
-        place[axis] /= SPRINGLS__BRICK;
-        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
-                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
-    }
-    return at_end;
-}
-
-/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. One
-   to add at an end of the table counts as beyond it. */
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */
 SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
     uint32_t dropped = 0, added = 0, active = 0;
@@ -306,8 +307,6 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
         dropped += there && !wanted ? 1u : 0u;
         added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
-        if (wanted && !there && springls__at_table_end(&model->grid, b))
-            SPRINGLS__MARK(model->work.counts + SPRINGLS__COUNT_BRICKS_BEYOND, 1u);
     }
     model->work.sums[3 * i] = dropped;
     model->work.sums[3 * i + 1] = added;
@@ -318,6 +317,7 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
 SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     model->work.counts[SPRINGLS__COUNT_BRICKS + i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
+    if (i == 0) model->work.counts[SPRINGLS__COUNT_BRICKS_BEYOND] = model->work.brick_flag[args.chunk.count];
 }
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)

@@ -128,8 +128,8 @@ SPRINGLS__FN springls_status springls__flags_begin(springls_context *ctx, bool k
     const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
     args.brick_flag.keep = keep;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries, 0));
-    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries, &args);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, entries + 1, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_bricks_begin, (int)entries + 1, &args);
     return SPRINGLS_OK;
 }
 
