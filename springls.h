@@ -1350,7 +1350,7 @@ typedef struct springls_metasphere { const springls_sphere *spheres; int count; 
 typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
 
 /* Evaluate the signed distance of a shape: functions for springls_set_implicit, with a pointer to the structure as
-   `user`. */
+   `user`. Of a shape with a number that is not finite they are NaN, which inputs refuse. */
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
@@ -2118,7 +2118,7 @@ typedef struct springls_measures {
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
 /* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made
-   them. */
+   them. NULL: 0. A step in progress is hashed as far as it has come; an update of chunks is completed first. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
 /* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, reorders sums, or estimates
@@ -20365,12 +20365,23 @@ SPRINGLS_API bool springls_fp_contract_detected(void)
 /* shapes.h - computes the signed distances of simple shapes, for springls_set_implicit. They are exact, except inside of merged
    spheres near a point that three of them share: there the value is a lower bound. */
 
+/* Makes all distances NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
+SPRINGLS__FN void springls__spoil_unless_finite(const void *shape, size_t bytes, float *out, int count)
+{
+    const float *numbers = (const float *)shape;
+    size_t k;
+    int i;
+    for (k = 0; k < bytes / sizeof *numbers; k++)
+        for (i = 0; !springls__finite_float(numbers[k]) && i < count; i++) out[i] = springls__float_of_bits(0x7fc00000);
+}
+
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
     const springls_sphere *s = (const springls_sphere *)sphere;
     int i;
     for (i = 0; i < count; i++)
         out[i] = springls__length(springls__sub(springls__load3(points + 3 * i), springls__load3(s->center))) - s->radius;
+    springls__spoil_unless_finite(s, sizeof *s, out, count);
 }
 
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out)
@@ -20386,6 +20397,7 @@ SPRINGLS_API void springls_implicit_box(void *box, const float *points, int coun
         }
         out[i] = inside <= 0.0f ? inside : springls__length(springls__load3(beyond));
     }
+    springls__spoil_unless_finite(b, sizeof *b, out, count);
 }
 
 /* Accepts an axis of any length; a zero axis is z. */
@@ -20401,6 +20413,7 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
         float ring = springls__length(springls__mad(x, axis, -height)) - t->major;
         out[i] = springls__sqrt(ring * ring + height * height) - t->minor;
     }
+    springls__spoil_unless_finite(t, sizeof *t, out, count);
 }
 
 /* Returns true when x is deeper than eps inside a sphere other than i and j. */
@@ -20473,6 +20486,7 @@ SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *po
                                                  - m->spheres[k].radius);
         out[i] = nearest < 0.0f ? -springls__metasphere_depth(m, x, -nearest) : nearest;
     }
+    for (k = 0; k < m->count; k++) springls__spoil_unless_finite(&m->spheres[k], sizeof m->spheres[k], out, count);
 }
 
 /* Returns the smaller of `best` and the distances to a flat face of the notched sphere and to the arc in which it meets the
@@ -20527,6 +20541,7 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
         distance = springls__notched_sphere_distance(x, n->radius, half, roof);
         out[i] = inside ? -distance : distance;
     }
+    springls__spoil_unless_finite(n, sizeof *n, out, count);
 }
 
 /* ======== >>initial_edges  (src/input/initial_edges.h) ========================================================= */
@@ -21698,7 +21713,8 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
 
 /* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
    twentieth of a voxel. */
-SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const springls__window *window, const float *world,
+                                                  int position, float voxel[3])
 {
     const double furthest = 1e6; /* voxels */
     double x[3];
@@ -21706,7 +21722,7 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     for (k = 0; k < 3; k++)
         if (!springls__finite_float(world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(window->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
         if (x[k] < -furthest || x[k] > furthest)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
@@ -21730,13 +21746,15 @@ SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
 }
 
 /* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
-   bounds of the mesh in voxels. */
+   bounds of the mesh in voxels, of the grid where an input puts it. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
                                                  int triangle_count, float lower[3], float upper[3])
 {
+    springls__window home = ctx->window;
     size_t slot;
     int i, j, k;
+    springls__place_window(ctx, &home, ctx->home);
     for (i = 0; i < position_count; i++) m->weld[i] = -1;
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
@@ -21746,7 +21764,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
         if (m->weld[i] >= 0) continue;
-        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
+        SPRINGLS__TRY(springls__mesh_point(ctx, &home, springls__mesh_position(positions, stride, i), i, x));
         for (k = 0; k < 3; k++) {
             lower[k] = springls__min(lower[k], x[k]);
             upper[k] = springls__max(upper[k], x[k]);
@@ -29527,6 +29545,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i, v;
     if (!ctx) return 0;
+    if (ctx->step.chunks) springls__finish_step((springls_context *)ctx); /* phi has followed in part */
     springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
@@ -30281,6 +30300,15 @@ SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
     return n;
 }
 
+/* Returns whether springls lack a list. neighbors_missing may be set where none does: a device does not wait to find out. */
+SPRINGLS__FN bool springls__some_are_unlisted(const springls_context *ctx)
+{
+    int i;
+    for (i = 0; ctx->neighbors_uses > 0 && ctx->neighbors_missing && i < ctx->model.set.count; i++)
+        if (ctx->model.cells.neighbors[(size_t)i * SPRINGLS__NEIGHBOR_ROW] == SPRINGLS__NOT_FOUND) return true;
+    return false;
+}
+
 /* Lists the numbers that a snapshot copies from the context and back: X(name in the snapshot, member of the context). Times are no
    part of a state. */
 #define SPRINGLS__SNAPSHOT_COPIES(X)                                                                                             \
@@ -30304,7 +30332,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->neighbors = springls__neighbors_listed(ctx);
-    s->neighbors_missing = ctx->neighbors_uses > 0 && ctx->neighbors_missing;
+    s->neighbors_missing = springls__some_are_unlisted(ctx);
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
@@ -41374,7 +41402,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 24668 \"springls.h\"\n",
+    "#line 24686 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42395,7 +42423,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25690 \"springls.h\"\n",
+    "#line 25708 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -42981,7 +43009,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26277 \"springls.h\"\n",
+    "#line 26295 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43577,7 +43605,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43581 \"springls.h\"\n",
+    "#line 43609 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -66,7 +66,8 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
 
 /* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
    twentieth of a voxel. */
-SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const springls__window *window, const float *world,
+                                                  int position, float voxel[3])
 {
     const double furthest = 1e6; /* voxels */
     double x[3];
@@ -74,7 +75,7 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     for (k = 0; k < 3; k++)
         if (!springls__finite_float(world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    springls__transform(window->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
         if (x[k] < -furthest || x[k] > furthest)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
@@ -98,13 +99,15 @@ SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
 }
 
 /* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
-   bounds of the mesh in voxels. */
+   bounds of the mesh in voxels, of the grid where an input puts it. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
                                                  int triangle_count, float lower[3], float upper[3])
 {
+    springls__window home = ctx->window;
     size_t slot;
     int i, j, k;
+    springls__place_window(ctx, &home, ctx->home);
     for (i = 0; i < position_count; i++) m->weld[i] = -1;
     for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
     for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
@@ -114,7 +117,7 @@ SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls
         if (i < 0 || i >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
         if (m->weld[i] >= 0) continue;
-        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
+        SPRINGLS__TRY(springls__mesh_point(ctx, &home, springls__mesh_position(positions, stride, i), i, x));
         for (k = 0; k < 3; k++) {
             lower[k] = springls__min(lower[k], x[k]);
             upper[k] = springls__max(upper[k], x[k]);

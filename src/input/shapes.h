@@ -4,6 +4,17 @@
 #define SPRINGLS__INPUT_SHAPES_H
 
 #include "../model/transform.h"
+#include "../runtime/finite.h"
+
+/* Makes all distances NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
+SPRINGLS__FN void springls__spoil_unless_finite(const void *shape, size_t bytes, float *out, int count)
+{
+    const float *numbers = (const float *)shape;
+    size_t k;
+    int i;
+    for (k = 0; k < bytes / sizeof *numbers; k++)
+        for (i = 0; !springls__finite_float(numbers[k]) && i < count; i++) out[i] = springls__float_of_bits(0x7fc00000);
+}
 
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
@@ -11,6 +22,7 @@ SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, in
     int i;
     for (i = 0; i < count; i++)
         out[i] = springls__length(springls__sub(springls__load3(points + 3 * i), springls__load3(s->center))) - s->radius;
+    springls__spoil_unless_finite(s, sizeof *s, out, count);
 }
 
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out)
@@ -26,6 +38,7 @@ SPRINGLS_API void springls_implicit_box(void *box, const float *points, int coun
         }
         out[i] = inside <= 0.0f ? inside : springls__length(springls__load3(beyond));
     }
+    springls__spoil_unless_finite(b, sizeof *b, out, count);
 }
 
 /* Accepts an axis of any length; a zero axis is z. */
@@ -41,6 +54,7 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
         float ring = springls__length(springls__mad(x, axis, -height)) - t->major;
         out[i] = springls__sqrt(ring * ring + height * height) - t->minor;
     }
+    springls__spoil_unless_finite(t, sizeof *t, out, count);
 }
 
 /* Returns true when x is deeper than eps inside a sphere other than i and j. */
@@ -113,6 +127,7 @@ SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *po
                                                  - m->spheres[k].radius);
         out[i] = nearest < 0.0f ? -springls__metasphere_depth(m, x, -nearest) : nearest;
     }
+    for (k = 0; k < m->count; k++) springls__spoil_unless_finite(&m->spheres[k], sizeof m->spheres[k], out, count);
 }
 
 /* Returns the smaller of `best` and the distances to a flat face of the notched sphere and to the arc in which it meets the
@@ -167,6 +182,7 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
         distance = springls__notched_sphere_distance(x, n->radius, half, roof);
         out[i] = inside ? -distance : distance;
     }
+    springls__spoil_unless_finite(n, sizeof *n, out, count);
 }
 
 #endif

@@ -314,7 +314,7 @@ typedef struct springls_metasphere { const springls_sphere *spheres; int count; 
 typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
 
 /* Evaluate the signed distance of a shape: functions for springls_set_implicit, with a pointer to the structure as
-   `user`. */
+   `user`. Of a shape with a number that is not finite they are NaN, which inputs refuse. */
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
@@ -1082,7 +1082,7 @@ typedef struct springls_measures {
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
 /* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made
-   them. */
+   them. NULL: 0. A step in progress is hashed as far as it has come; an update of chunks is completed first. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
 /* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, reorders sums, or estimates

@@ -93,6 +93,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i, v;
     if (!ctx) return 0;
+    if (ctx->step.chunks) springls__finish_step((springls_context *)ctx); /* phi has followed in part */
     springls__end_reading((springls_context *)ctx);
     springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));

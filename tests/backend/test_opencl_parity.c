@@ -410,6 +410,36 @@ FIXTURE uint64_t scenario_of_springls(springls_backend *backend)
     return hash;
 }
 
+/* A step of a scenario on the device and one without it leave blocks of the same bytes. */
+TEST snapshots_are_equal(int which)
+{
+    scenario s[2];
+    springls_context *ctx[2];
+    int i, k;
+    NEEDS_DEVICE();
+    for (k = 0; k < 2; k++) {
+        scenario_make(&s[k], which);
+        ctx[k] = scenario_context(&s[k], k ? test_device : NULL);
+        ASSERT(ctx[k] != NULL);
+    }
+    for (i = 0; i < s[0].steps; i++) {
+        void *block[2];
+        size_t size[2];
+        for (k = 0; k < 2; k++) {
+            ASSERT_OK(scenario_step(ctx[k], &s[k]));
+            ASSERT_OK(springls_snapshot(ctx[k], SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size[k]));
+            block[k] = malloc(size[k]);
+            ASSERT_OK(springls_snapshot(ctx[k], SPRINGLS_SNAPSHOT_KIND_ALL, block[k], size[k], &size[k]));
+        }
+        ASSERT_EQ(size[0], size[1]);
+        ASSERT(memcmp(block[0], block[1], size[0]) == 0);
+        free(block[0]);
+        free(block[1]);
+    }
+    for (k = 0; k < 2; k++) springls_destroy(ctx[k]);
+    PASS();
+}
+
 TEST springls_are_taken_afresh(void)
 {
     uint64_t hash;
@@ -442,6 +472,10 @@ SUITE(scenarios)
     }
     RUN_TEST(queries_are_equal);
     RUN_TEST(springls_are_taken_afresh);
+    for (i = 0; i < SCENARIOS; i++) {
+        greatest_set_test_suffix(scenario_name((int)i));
+        RUN_TESTp(snapshots_are_equal, (int)i);
+    }
 }
 
 SUITE(kernels)

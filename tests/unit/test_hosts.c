@@ -200,6 +200,31 @@ TEST shapes_return_nonsense(void)
     PASS();
 }
 
+/* A shape with a number that is not finite is refused, whichever it is. */
+TEST shapes_are_finite(float bad)
+{
+    const float box[6] = { 8, 8, 8, 4, 3, 4 }, torus[8] = { 8, 8, 8, 0, 0, 1, 4, 2 }, notched[6] = { 8, 8, 8, 5, 2, 6 };
+    const struct {
+        springls_implicit_fn shape;
+        const float *numbers;
+        int count;
+    } shapes[] = {{springls_implicit_box, box, 6}, {springls_implicit_torus, torus, 8},
+                  {springls_implicit_notched_sphere, notched, 6}, {springls_implicit_sphere, notched, 4}};
+    size_t s;
+    int k;
+    for (s = 0; s < sizeof shapes / sizeof *shapes; s++)
+        for (k = 0; k < shapes[s].count; k++) {
+            springls_context *ctx = fixture_context(16, NULL);
+            float numbers[8];
+            memcpy(numbers, shapes[s].numbers, (size_t)shapes[s].count * sizeof *numbers);
+            ASSERT_OK(springls_set_implicit(ctx, shapes[s].shape, numbers));
+            numbers[k] = bad;
+            ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_set_implicit(ctx, shapes[s].shape, numbers));
+            springls_destroy(ctx);
+        }
+    PASS();
+}
+
 /* A velocity that is not a number in one call only. */
 typedef struct host_count { int calls, bad; } host_count;
 
@@ -644,6 +669,8 @@ SUITE(hosts)
     RUN_TESTp(jobs_run_in_any_order, SPRINGLS_MODE_FLUID);
     RUN_TESTp(jobs_run_in_any_order, SPRINGLS_MODE_ELASTIC);
     RUN_TEST(shapes_return_nonsense);
+    RUN_TESTp(shapes_are_finite, NAN);
+    RUN_TESTp(shapes_are_finite, INFINITY);
     RUN_TEST(a_callback_uses_another_model);
     for (i = 0; i < CANCELS; i++) RUN_TESTp(a_call_is_cancelled_anywhere, (int)i);
     for (axis = 0; axis < 3; axis++)

@@ -512,6 +512,24 @@ TEST inputs_of_the_world_meet_the_model(void)
     PASS();
 }
 
+/* A mesh is set where it is in the world, however far the window has come. */
+TEST a_mesh_is_set_in_the_world(void)
+{
+    springls_context *stayed = ball(true, NULL, (float)MIDDLE, 7.0f, NULL), *gone = ball(true, NULL, (float)MIDDLE, 7.0f, NULL);
+    springls_mesh mesh;
+    ASSERT_OK(springls_extract_mesh(stayed, &mesh));
+    ASSERT_OK(blow(gone, 2.0f, 0.0f, 0.0f, 30));
+    ASSERT_GT(moved(gone, 0), 0);
+    ASSERT_OK(springls_set_mesh(stayed, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
+    ASSERT_OK(springls_set_mesh(gone, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
+    ASSERT_EQ(0, moved(gone, 0));
+    ASSERT_EQ(springls_state_hash(stayed), springls_state_hash(gone));
+    springls_mesh_free(stayed, &mesh);
+    springls_destroy(stayed);
+    springls_destroy(gone);
+    PASS();
+}
+
 /* Components keep their ids while the window moves, and their places are those of the world. */
 TEST components_are_followed(void)
 {
@@ -698,6 +716,7 @@ SUITE(window)
     greatest_set_test_suffix("intersection");
     RUN_TESTp(windows_are_combined, SPRINGLS_OPERATION_INTERSECTION);
     RUN_TEST(inputs_of_the_world_meet_the_model);
+    RUN_TEST(a_mesh_is_set_in_the_world);
     RUN_TEST(components_are_followed);
     RUN_TEST(springls_that_leave_are_counted);
     RUN_TEST(what_is_too_large_leaves);

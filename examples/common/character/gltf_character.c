@@ -282,7 +282,9 @@ bool gltf_write_skinned(const char *path, const struct gltf_mesh *mesh, const st
 bool gltf_write_character(const char *path, const struct character *c)
 {
     const struct gltf_look look = {c->materials, c->pictures, c->material_count, c->picture_count};
-    const struct gltf_mesh mesh = {c->positions, c->normals, c->uvs, character_has_colors(c) ? c->colors : NULL, NULL, NULL,
-                                   c->triangles, c->materials_of, c->vertex_count, c->triangle_count};
+    const struct gltf_mesh mesh = {.positions = c->positions, .normals = c->normals, .uvs = c->uvs,
+                                   .colors = character_has_colors(c) ? c->colors : NULL, .triangles = c->triangles,
+                                   .materials_of = c->materials_of, .vertex_count = c->vertex_count,
+                                   .triangle_count = c->triangle_count};
     return gltf_write_skinned(path, &mesh, c->influences, &look, c);
 }
