@@ -19596,6 +19596,18 @@ SPRINGLS__FN springls_status springls__update_outdated_components(springls_conte
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
 
+/* Finds the components where they are outdated, for a call that stores them or ends following them, and goes back to the level set as the
+   steps have left it; no step is in progress. */
+SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+{
+    if (springls__components_outdated(ctx)) {
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__update_outdated_components(ctx));
+    }
+    springls__end_reading(ctx);
+    return SPRINGLS_OK;
+}
+
 /* Ends the step in progress, if any, and makes phi follow, and components settle, for a call that changes the model. */
 SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {
@@ -20308,7 +20320,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__finish_step(ctx));
-    springls__end_reading(ctx);
+    SPRINGLS__TRY(springls__settle_components(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
@@ -23145,7 +23157,9 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__to_host(ctx, 0, SPRINGLS__BIT(MASK)))); /* components stay */
+    springls__wake_all(ctx);
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
 }
@@ -30495,11 +30509,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (springls__components_outdated(ctx)) {
-        SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__update_outdated_components(ctx));
-    }
-    springls__end_reading(ctx);
+    SPRINGLS__TRY(springls__settle_components(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);
@@ -41402,7 +41412,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 24686 \"springls.h\"\n",
+    "#line 24700 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42423,7 +42433,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25708 \"springls.h\"\n",
+    "#line 25722 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43009,7 +43019,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26295 \"springls.h\"\n",
+    "#line 26309 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43605,7 +43615,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43609 \"springls.h\"\n",
+    "#line 43619 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

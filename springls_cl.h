@@ -88,8 +88,8 @@ typedef struct springls_cl_desc {
    seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. A backend and its contexts
    are used by one thread at a time; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
    allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the
-   build log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not
-   in order, only one of velocity and velocity_source is given, the source has no springls_velocity, or cache has one callback only,
+   build log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a device or a queue comes without its context, a queue is
+   not in order, only one of velocity and velocity_source is given, the source has no springls_velocity, or cache has one callback only,
    a folder and callbacks, or a folder without a name. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
@@ -937,7 +937,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     *out = NULL;
     if ((int)desc->kind < SPRINGLS_CL_KIND_ANY || desc->kind > SPRINGLS_CL_KIND_CPU) return SPRINGLS_INVALID_ARGUMENT;
     if (desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS) return SPRINGLS_INVALID_ARGUMENT;
-    if ((desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source) return SPRINGLS_INVALID_ARGUMENT;
+    if (((desc->queue || desc->device) && !desc->context) || !desc->velocity != !desc->velocity_source) return SPRINGLS_INVALID_ARGUMENT;
     if (desc->velocity_source && !strstr(desc->velocity_source, "springls_velocity")) return SPRINGLS_INVALID_ARGUMENT;
     if (!desc->cache.load != !desc->cache.store || (desc->cache.folder && desc->cache.load)) return SPRINGLS_INVALID_ARGUMENT;
     if (desc->cache.folder && !desc->cache.folder[0]) return SPRINGLS_INVALID_ARGUMENT; /* it would be the file system's root */

@@ -18,7 +18,9 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, true));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__to_host(ctx, 0, SPRINGLS__BIT(MASK)))); /* components stay */
+    springls__wake_all(ctx);
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
 }

@@ -253,7 +253,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__finish_step(ctx));
-    springls__end_reading(ctx);
+    SPRINGLS__TRY(springls__settle_components(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;

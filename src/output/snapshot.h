@@ -287,11 +287,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (springls__components_outdated(ctx)) {
-        SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__update_outdated_components(ctx));
-    }
-    springls__end_reading(ctx);
+    SPRINGLS__TRY(springls__settle_components(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);
     layout = springls__layout_of(&ctx->model.grid, &state);

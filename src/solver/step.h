@@ -73,6 +73,18 @@ SPRINGLS__FN springls_status springls__update_outdated_components(springls_conte
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
 
+/* Finds the components where they are outdated, for a call that stores them or ends following them, and goes back to the level set as the
+   steps have left it; no step is in progress. */
+SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+{
+    if (springls__components_outdated(ctx)) {
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__update_outdated_components(ctx));
+    }
+    springls__end_reading(ctx);
+    return SPRINGLS_OK;
+}
+
 /* Ends the step in progress, if any, and makes phi follow, and components settle, for a call that changes the model. */
 SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {

@@ -420,6 +420,9 @@ TEST descriptions_are_checked(void)
     desc.cache.load = cache_load;
     desc.cache.store = NULL;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
+    desc = cache_desc(NULL, NULL);
+    desc.device = &desc; /* of no context */
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
     PASS();
 }
 

@@ -204,6 +204,63 @@ TEST writing_changes_no_ids(int ask)
     PASS();
 }
 
+/* A call that moves neither springls nor phi leaves the components as they are, those that no springl bounds too. */
+TEST masks_change_no_ids(void)
+{
+    springls_params params = springls_default_params();
+    springls_sphere second = fixture_ball(36.0f, 23.5f, 23.5f, 5.0f);
+    const springls_component *components;
+    springls_context *ctx;
+    uint32_t id;
+    float *p;
+    int count, i;
+    params.components = 1;
+    ctx = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
+    ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(2, count);
+    p = (float *)malloc((size_t)springls_count(ctx) * 3 * sizeof *p);
+    for (i = 0; i < springls_count(ctx); i++) {
+        const springls__v3 at = fixture_particle(ctx, i);
+        p[3 * i] = at.x < 23.5f ? at.x : at.x - 24.0f; /* the second ball has none any more */
+        p[3 * i + 1] = at.y;
+        p[3 * i + 2] = at.z;
+    }
+    ASSERT_OK(springls_write(ctx, 0, springls_count(ctx), NULL, p));
+    free(p);
+    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(2, count);
+    id = components[1].id;
+    ASSERT_OK(springls_set_keep_mask(ctx, NULL));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(id, components[1].id);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Components that are followed no longer leave what they would have left had somebody asked for them before. */
+TEST following_ends_as_if_asked(void)
+{
+    springls_params params = springls_default_params();
+    springls_sphere second = fixture_ball(36.0f, 23.5f, 23.5f, 5.0f);
+    const springls_component *components;
+    springls_context *ctx[2];
+    int k, count;
+    for (k = 0; k < 2; k++) {
+        params.components = 1;
+        ctx[k] = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
+        ASSERT_OK(springls_components(ctx[k], &components, &count));
+        ASSERT_OK(springls_combine_implicit(ctx[k], SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));
+        if (k) ASSERT_OK(springls_components(ctx[k], &components, &count));
+        params.components = 0;
+        ASSERT_OK(springls_set_params(ctx[k], &params));
+    }
+    ASSERT_EQ(snapshot_bytes(ctx[1]), snapshot_bytes(ctx[0]));
+    for (k = 0; k < 2; k++) springls_destroy(ctx[k]);
+    PASS();
+}
+
 SUITE(reading)
 {
     RUN_TESTp(writing_changes_no_ids, 0);
@@ -212,6 +269,8 @@ SUITE(reading)
     RUN_TEST(readers_leave_locked_volumes);
     RUN_TEST(components_are_of_the_present_level_set);
     RUN_TEST(reading_components_changes_nothing_later);
+    RUN_TEST(masks_change_no_ids);
+    RUN_TEST(following_ends_as_if_asked);
 }
 
 GREATEST_MAIN_DEFS();
