@@ -791,7 +791,8 @@ TEST ply_comes_back_welded(void)
     struct mesh mesh;
     char error[MESH_TEXT];
     const float soup[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}; /* a square of two loose triangles */
-    const struct mesh_arrays ply = {soup, 6, NULL, 2, soup, soup, soup, "two triangles"};
+    const struct mesh_arrays ply = {.positions = soup, .vertex_count = 6, .triangle_count = 2, .normals = soup, .colors = soup,
+                                    .originals = soup, .comment = "two triangles"};
     ASSERT(mesh_write_ply(scratch("a.ply"), &ply, error));
     ASSERTm(error, mesh_read(scratch("a.ply"), &mesh, error));
     ASSERT_EQ(4u, mesh.vertex_count);

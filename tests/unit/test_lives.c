@@ -24,6 +24,7 @@ typedef struct random_life {
     const char *fault;              /* what does not hold; NULL: all does */
     springls_desc desc;
     springls_context *model, *twin;
+    springls_context *quiet;        /* has the model's calls, and nobody reads it; NULL in most lives */
     springls_context *other;        /* to combine with */
     springls_chunks *chunks;        /* of the twin */
     fixture_workers workers;        /* of the twin */
@@ -895,6 +896,7 @@ static bool life_begin(random_life *l, uint32_t seed)
     for (k = 0; k < 3; k++) l->desc.grid.origin[k] = side <= 16 ? 2.5 * k - 1.0 : 0.0;
     l->voxels = side * side * side;
     if (springls_create(&l->desc, &l->model) != SPRINGLS_OK || springls_create(&l->desc, &l->other) != SPRINGLS_OK) return false;
+    if (seed % 6 == 1 && springls_create(&l->desc, &l->quiet) != SPRINGLS_OK) return false;
     l->desc.params = NULL; /* of the twin: they come with the snapshot */
     twin = l->desc;
     twin.params = &params;
@@ -908,6 +910,7 @@ static void life_end(random_life *l)
     springls_chunks_destroy(l->twin, l->chunks);
     springls_destroy(l->model);
     springls_destroy(l->twin);
+    springls_destroy(l->quiet);
     springls_destroy(l->other);
     free(l->block);
     free(l->again);
@@ -944,7 +947,18 @@ static void restore_block(random_life *l, springls_context *ctx)
     check_equal(l, ctx, "a restored model has the hash", "a restored model has the snapshot");
 }
 
-/* Brings the twin's chunks up to date and checks that together they are the mesh. */
+/* Brings the twin's chunks up to date in pieces; its hash stays that of the model. */
+static void update_chunks(random_life *l, const springls_chunk **changed, int *n)
+{
+    bool done = false;
+    LIFE_CHECK(l, springls_chunks_begin(l->twin, l->chunks) == SPRINGLS_OK);
+    while (!done) {
+        LIFE_CHECK(l, !one_in(20) || springls_state_hash(l->twin) == springls_state_hash(l->model));
+        LIFE_CHECK(l, springls_chunks_continue(l->twin, l->chunks, 0.0, changed, n, &done) == SPRINGLS_OK);
+    }
+}
+
+/* Checks that the twin's chunks together are the mesh. */
 static void check_chunks(random_life *l)
 {
     static struct { int brick[3], triangles; } known[4096];
@@ -957,7 +971,8 @@ static void check_chunks(random_life *l)
         count = 0;
         LIFE_CHECK(l, springls_chunks_create(l->twin, &desc, &l->chunks) == SPRINGLS_OK);
     }
-    LIFE_CHECK(l, springls_chunks_update(l->twin, l->chunks, &changed, &n) == SPRINGLS_OK);
+    update_chunks(l, &changed, &n);
+    if (l->fault) return;
     for (i = 0; i < n; i++) {
         for (k = 0; k < count && memcmp(known[k].brick, changed[i].brick, sizeof known[k].brick) != 0; k++) {}
         LIFE_CHECK(l, k < 4096);
@@ -1007,25 +1022,44 @@ static void read_twin(random_life *l)
     check_equal(l, l->twin, "reading keeps the hash", "reading keeps the snapshot");
 }
 
-/* Makes the same call on both sides, and checks all. */
+/* Makes the model's last call, an input, on a new context: what was there before does not matter. random: of the call. */
+static void repeat_input(random_life *l, uint32_t random)
+{
+    const springls_params params = springls_get_params(l->model);
+    springls_desc desc = l->desc;
+    life_side side;
+    desc.params = &params;
+    side.life = l;
+    side.is_twin = 0;
+    LIFE_CHECK(l, springls_create(&desc, &side.ctx) == SPRINGLS_OK);
+    fixture_seed(random);
+    if (any_input(&side) != SPRINGLS_OK || springls_state_hash(side.ctx) != springls_state_hash(l->model))
+        l->fault = "an input is that of a new model";
+    springls_destroy(side.ctx);
+}
+
+/* Makes the same call on all sides, and checks all. */
 static void life_call(random_life *l)
 {
-    life_side sides[2];
-    springls_status status[2];
+    life_side sides[3];
+    springls_status status[3];
+    const int side_count = l->quiet ? 3 : 2;
     const int which = any_call(l);
     uint32_t next, state;
     int k;
     l->name = calls[which].name;
     next = fixture_bits();
     state = fixture_state;
-    for (k = 0; k < 2; k++) {
-        sides[k].ctx = k ? l->twin : l->model;
+    for (k = 0; k < side_count; k++) {
+        sides[k].ctx = k == 2 ? l->quiet : k ? l->twin : l->model;
         sides[k].life = l;
-        sides[k].is_twin = k;
+        sides[k].is_twin = k == 1;
         fixture_seed(next);
         status[k] = calls[which].run(&sides[k]);
     }
+    if (status[0] == SPRINGLS_OK && calls[which].run == any_input) repeat_input(l, next);
     fixture_state = state;
+    if (l->quiet && status[0] != status[2]) l->fault = "a call ends as that of a model that nobody reads";
     if (status[0] != status[1]) l->fault = "the twin's call ends as the model's";
     if (!l->fault && !take_snapshot(l->model, SPRINGLS_SNAPSHOT_KIND_ALL, &l->block, &l->size)) l->fault = "snapshot";
     if (l->verbose)
@@ -1050,6 +1084,8 @@ static bool live(uint32_t seed, int verbose, random_life *l)
     l->verbose = verbose;
     if (!good) l->fault = "create";
     for (l->call = 0; l->call < CALLS && !l->fault; l->call++) life_call(l);
+    if (l->quiet)
+        check_equal(l, l->quiet, "a model that nobody has read has the hash", "a model that nobody has read has the snapshot");
     good = !l->fault;
     if (!good)
         printf("\n  life %lu, call %d, %s: does not hold: %s\n", (unsigned long)seed, l->call - 1, l->name ? l->name : "create",
