@@ -12678,12 +12678,13 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
      - Operations are IEEE additions, multiplications, divisions and square roots, as written: no fused ones, no functions of libm
        but those whose results are exact (springls_fp_contract_detected). Vectors do to each lane what plain C does. */
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
-   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements: one
+   range is not worth another thread. A task writes only what belongs to its own indices: so results do not depend on the number of
+   threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;
-    if (ctx->desc.tasks.parallel_for) {
+    if (count > grain && ctx->desc.tasks.parallel_for) {
         (ctx->desc.tasks.parallel_for)(ctx->desc.tasks.user, count, grain, task, arg);
         return;
     }
@@ -41412,7 +41413,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 24700 \"springls.h\"\n",
+    "#line 24701 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42433,7 +42434,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25722 \"springls.h\"\n",
+    "#line 25723 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43019,7 +43020,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26309 \"springls.h\"\n",
+    "#line 26310 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43615,7 +43616,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43619 \"springls.h\"\n",
+    "#line 43620 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

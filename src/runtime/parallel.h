@@ -13,12 +13,13 @@
 #include "base.h"
 #include "context.h"
 
-/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
-   A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
+/* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements: one
+   range is not worth another thread. A task writes only what belongs to its own indices: so results do not depend on the number of
+   threads. */
 SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int grain, springls_task task, void *arg)
 {
     if (count <= 0) return;
-    if (ctx->desc.tasks.parallel_for) {
+    if (count > grain && ctx->desc.tasks.parallel_for) {
         (ctx->desc.tasks.parallel_for)(ctx->desc.tasks.user, count, grain, task, arg);
         return;
     }

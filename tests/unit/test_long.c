@@ -12,7 +12,7 @@ enum { CHECKPOINTS = 20 }; /* in a life */
 static int length_of(int kind)
 {
     const char *text = getenv(kind == LIFE_FLOW ? "LONG_STEPS" : "LONG_EDITS");
-    const int length = text && text[0] ? atoi(text) : kind == LIFE_FLOW ? 200 : 20;
+    const int length = text && text[0] ? atoi(text) : kind == LIFE_FLOW ? 200 : 40; /* in 20 edits bodies only grow */
     return length < CHECKPOINTS ? CHECKPOINTS : length - length % CHECKPOINTS;
 }
 
