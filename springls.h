@@ -319,10 +319,10 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and its companions below show what the springls hold. Their planes are intersected
-   with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it, and phi decides where they
-   say nothing. An edge of the grid may be crossed several times, so that a sheet may be thinner than a voxel. In faces and cells of the grid
-   the surface gets corners where springls differ by more than 37 degrees. The mesh is
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _measure, _closest, _raycast and _sample_inside show what the springls hold.
+   Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
+   and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
+   voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
 
      - closed, also at the border of the grid, and oriented; each vertex has one fan of triangles; no triangles of a cell cross each other,
        and those of different cells cannot. Where springls contradict each other it may have specks and handles;
@@ -403,8 +403,8 @@
    sleep and nothing moves, a step ends after advect. While a brick is awake, springls at rest go on turning as they relax, which moves
    phi to and fro by about 0.02 voxel: by so much a model that sleeps may differ from a model that is kept awake.
 
-     - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes, and
-       completes these alone.
+     - A springl that stirs in a brick or beside it wakes the brick; springls_combine and
+       springls_follow_level_set wake those that they change, and complete these alone.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper, in the units of the forces:
        springls outside are not visited.
@@ -1619,14 +1619,17 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
    so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
-   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. The model has no part in it. */
+   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
+   base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
+   it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
                                                      size_t snapshot_size, void *out, size_t capacity, size_t *size);
 
-/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into `out`,
-   which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it. BAD_SNAPSHOT: `base` is no snapshot,
-   the difference is from another one, or it is damaged; what `out` then holds is undefined. INVALID_ARGUMENT: also when capacity is
-   less than *size. */
+/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into
+   `out`, which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it.
+   BAD_SNAPSHOT: `base` is no snapshot, or not the one of the difference, or the difference is cut short or names places outside;
+   what `out` then holds is undefined. Bytes that were altered are found by springls_restore. INVALID_ARGUMENT: also when capacity
+   is less than *size. */
 SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
                                                      size_t delta_size, void *out, size_t capacity, size_t *size);
 
@@ -1726,7 +1729,7 @@ typedef struct springls_mesh {
     float *positions;       /* 3 a vertex, world                                                                    */
     float *normals;         /* 3 a vertex, unit, outward                                                            */
     float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
-    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: of the one that shows most there),
+    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: the one with the most weight there),
                                -1 when none is within a voxel                                                       */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
@@ -1734,9 +1737,9 @@ typedef struct springls_mesh {
                                mesh that the caller makes: it is not known                                          */
 } springls_mesh;
 
-/* Extracts the watertight surface as a mesh: welded, closed, every edge between exactly two triangles. params.contouring says what of:
-   the zero level, or what the springls show, which keeps sharp edges and sheets below a voxel (manual, CONTOURING). An empty model gives
-   an empty mesh. On failure *out is empty. */
+/* Extracts the watertight surface as a mesh: welded, closed, every edge between exactly two triangles. By params.contouring that is
+   the zero level, or the surface of what springls hold, which keeps sharp edges and sheets below a voxel (manual, CONTOURING). An
+   empty model gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
 /* Extracts the springls themselves: three vertices each, with the springl's normal and index, and each with its own correspondence, as
@@ -1811,15 +1814,16 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what
-   springls hold (params.contouring). */
+/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: by the sign of phi, or with
+   SPRINGLS_CONTOURING_SPRINGLS by the mesh of springls_extract_mesh; while a step or an update of chunks is in progress by the sign
+   of phi. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* what springls hold (params.contouring): its mesh, with a hierarchy, is made at the first query
-                                    after the model has changed; while a step is in progress it is the zero level. Or the zero
-                                    level, closed: its mesh, which is not made. Nothing is built
+    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too; it is made, with
+                                    a hierarchy, at the first query after the model has changed. LEVEL_SET, and while a step or an
+                                    update of chunks is in progress: the zero level, closed. Nothing is built then
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
@@ -1834,7 +1838,7 @@ typedef struct springls_hit {
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
-                                    it, or between those of the mesh of springls; SOUP: of the springl              */
+                                    it, or interpolated from the vertices of the mesh of springls; SOUP: of the springl */
     float barycentric[3];        /* in the springl: its place closest to `point`                                    */
     float distance;              /* world units, never negative: from the query point, or along the ray             */
     float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
@@ -2035,20 +2039,21 @@ typedef void (*springls_values_fn)(void *user, int attribute, const float *point
 /* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
 typedef struct springls_follow_desc {
     springls_implicit_fn fn;   /* as for springls_set_implicit; NULL: phi                                           */
-    const float *phi;          /* a dense volume as for springls_set_level_set, with fn NULL                        */
+    const float *phi;          /* a dense volume as for springls_set_level_set, of the grid where it is now (follow); fn NULL */
     void *user;                /* handed to fn and values                                                           */
     springls_values_fn values; /* attributes of springls on parts that come from none; NULL: zeros                  */
     float reach;               /* voxels, at most params.band_half_width: springls within it are kept; 0: 1.5       */
     float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
 } springls_follow_desc;
 
-/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they are drawn
-   onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are filled as by
-   springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the place where they
-   come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so that springls come
-   along. The original surface stays. INVALID_ARGUMENT: also fn and phi both given, or neither. NON_FINITE: it has returned NaN.
-   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. After OUT_OF_MEMORY the model
-   may be empty. */
+/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
+   are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
+   filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
+   place where they come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so
+   that springls come along. The original surface stays. A step in progress is completed first. INVALID_ARGUMENT: also fn and phi
+   both given, or neither. NON_FINITE: a value of fn or phi is NaN; one of desc->values is not finite, then the model is empty.
+   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. OUT_OF_MEMORY: also
+   more than max_springls; the model may be empty. */
 SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc);
 
 /* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to
@@ -25129,12 +25134,13 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             if (!springls__has_hits(contour, b, line)) continue;
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
-                const springls__hit hit = contour->hit[at];
-                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;
-                if (all++ < SPRINGLS__LINE_HITS) {
-                    work->hit[work->hits] = hit;
-                    if (!weighed) work->hit[work->hits].weight = hit.own_weight;
-                    work->hits++;
+                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
+                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
+                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
+                    work->hit[work->hits].t = hit->t;
+                    work->hit[work->hits].own_weight = hit->own_weight;
+                    work->hit[work->hits].springl = hit->springl;
+                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
                 }
             }
         }
@@ -25319,7 +25325,7 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Returns phi at a node: below 0 inside. */
+/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
@@ -25591,6 +25597,11 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
     }
 }
 
+/* Return whether a hit lies before, or behind, what the edge from x to x + 1 takes: the same in floats where edges are counted
+   (springls__count_at_edges). */
+SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
+SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
+
 /* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
    inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
@@ -25600,7 +25611,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
 {
     const float x = (float)at[work->axis];
     int n = 0, runs, k;
-    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;
+    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
     runs = springls__find_runs(first, n, x, from, to, work);
     if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
@@ -25710,7 +25721,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
             SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
             if (*crossings == 0) continue;
             springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
-            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;
+            while (first < work->hits && springls__is_before_edge(work->hit[first].t, (float)at[line >> 6])) first++;
             *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
                                                            springls__line_side(contour, brick, line, x + 1), work,
                                                            contour->crossing + begin[line] + count);
@@ -31657,7 +31668,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2227 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31773,7 +31784,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2339 \"springls.h\"\n",
+    "#line 2344 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31795,7 +31806,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2362 \"springls.h\"\n",
+    "#line 2367 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31810,7 +31821,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2378 \"springls.h\"\n",
+    "#line 2383 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31934,7 +31945,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2502 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -32004,7 +32015,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2573 \"springls.h\"\n",
+    "#line 2578 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -32224,7 +32235,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2794 \"springls.h\"\n",
+    "#line 2799 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32239,7 +32250,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2809 \"springls.h\"\n",
+    "#line 2814 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -32363,14 +32374,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2933 \"springls.h\"\n",
+    "#line 2938 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2941 \"springls.h\"\n",
+    "#line 2946 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -32496,7 +32507,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3068 \"springls.h\"\n",
+    "#line 3073 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -32551,7 +32562,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3124 \"springls.h\"\n",
+    "#line 3129 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -32641,7 +32652,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3215 \"springls.h\"\n",
+    "#line 3220 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32653,7 +32664,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3227 \"springls.h\"\n",
+    "#line 3232 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32668,7 +32679,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3243 \"springls.h\"\n",
+    "#line 3248 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32712,7 +32723,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3287 \"springls.h\"\n",
+    "#line 3292 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32727,7 +32738,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3302 \"springls.h\"\n",
+    "#line 3307 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32771,7 +32782,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3346 \"springls.h\"\n",
+    "#line 3351 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32850,7 +32861,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3425 \"springls.h\"\n",
+    "#line 3430 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32865,7 +32876,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3441 \"springls.h\"\n",
+    "#line 3446 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32932,7 +32943,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3508 \"springls.h\"\n",
+    "#line 3513 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32947,7 +32958,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3523 \"springls.h\"\n",
+    "#line 3528 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -33014,7 +33025,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3591 \"springls.h\"\n",
+    "#line 3596 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -33395,7 +33406,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3973 \"springls.h\"\n",
+    "#line 3978 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -34099,7 +34110,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4678 \"springls.h\"\n",
+    "#line 4683 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -34359,7 +34370,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4939 \"springls.h\"\n",
+    "#line 4944 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34561,7 +34572,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5142 \"springls.h\"\n",
+    "#line 5147 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34678,7 +34689,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5260 \"springls.h\"\n",
+    "#line 5265 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34875,7 +34886,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5457 \"springls.h\"\n",
+    "#line 5462 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34890,7 +34901,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5473 \"springls.h\"\n",
+    "#line 5478 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35084,7 +35095,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5667 \"springls.h\"\n",
+    "#line 5672 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35099,7 +35110,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5682 \"springls.h\"\n",
+    "#line 5687 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35293,7 +35304,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6465 \"springls.h\"\n",
+    "#line 6470 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -35693,7 +35704,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6866 \"springls.h\"\n",
+    "#line 6871 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -35719,7 +35730,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6893 \"springls.h\"\n",
+    "#line 6898 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -35807,7 +35818,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6982 \"springls.h\"\n",
+    "#line 6987 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -35947,7 +35958,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7123 \"springls.h\"\n",
+    "#line 7128 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -36052,7 +36063,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7229 \"springls.h\"\n",
+    "#line 7234 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -36284,7 +36295,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7467 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -36314,7 +36325,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7492 \"springls.h\"\n",
+    "#line 7497 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36329,7 +36340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7508 \"springls.h\"\n",
+    "#line 7513 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36498,7 +36509,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7677 \"springls.h\"\n",
+    "#line 7682 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36513,7 +36524,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7692 \"springls.h\"\n",
+    "#line 7697 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36682,7 +36693,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7861 \"springls.h\"\n",
+    "#line 7866 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -36736,7 +36747,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7916 \"springls.h\"\n",
+    "#line 7921 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -36762,7 +36773,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7942 \"springls.h\"\n",
+    "#line 7947 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36777,7 +36788,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7958 \"springls.h\"\n",
+    "#line 7963 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36860,7 +36871,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8041 \"springls.h\"\n",
+    "#line 8046 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36875,7 +36886,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8056 \"springls.h\"\n",
+    "#line 8061 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36958,7 +36969,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8139 \"springls.h\"\n",
+    "#line 8144 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -37032,7 +37043,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8214 \"springls.h\"\n",
+    "#line 8219 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -37585,7 +37596,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8768 \"springls.h\"\n",
+    "#line 8773 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -37681,7 +37692,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8865 \"springls.h\"\n",
+    "#line 8870 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -37802,7 +37813,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8987 \"springls.h\"\n",
+    "#line 8992 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -38083,7 +38094,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9269 \"springls.h\"\n",
+    "#line 9274 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -38169,7 +38180,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9356 \"springls.h\"\n",
+    "#line 9361 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -38312,7 +38323,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9500 \"springls.h\"\n",
+    "#line 9505 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -38501,7 +38512,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9690 \"springls.h\"\n",
+    "#line 9695 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -38626,7 +38637,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9816 \"springls.h\"\n",
+    "#line 9821 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -38660,7 +38671,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9851 \"springls.h\"\n",
+    "#line 9856 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -39198,7 +39209,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10390 \"springls.h\"\n",
+    "#line 10395 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -39348,7 +39359,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10541 \"springls.h\"\n",
+    "#line 10546 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39426,7 +39437,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10620 \"springls.h\"\n",
+    "#line 10625 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -39675,7 +39686,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10870 \"springls.h\"\n",
+    "#line 10875 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -39900,7 +39911,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11096 \"springls.h\"\n",
+    "#line 11101 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -40004,7 +40015,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11201 \"springls.h\"\n",
+    "#line 11206 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -40101,7 +40112,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11299 \"springls.h\"\n",
+    "#line 11304 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -40639,7 +40650,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11838 \"springls.h\"\n",
+    "#line 11843 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -40672,7 +40683,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11872 \"springls.h\"\n",
+    "#line 11877 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -40697,14 +40708,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11898 \"springls.h\"\n",
+    "#line 11903 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11905 \"springls.h\"\n",
+    "#line 11910 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40719,7 +40730,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11921 \"springls.h\"\n",
+    "#line 11926 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40845,7 +40856,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12047 \"springls.h\"\n",
+    "#line 12052 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40860,7 +40871,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12062 \"springls.h\"\n",
+    "#line 12067 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40986,7 +40997,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12189 \"springls.h\"\n",
+    "#line 12194 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -41278,7 +41289,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12482 \"springls.h\"\n",
+    "#line 12487 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -41413,7 +41424,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 24701 \"springls.h\"\n",
+    "#line 24706 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -41845,12 +41856,13 @@ static const char *const springls__kernel_lines[] = {
     "            if (!springls__has_hits(contour, b, line)) continue;\n",
     "            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
     "            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {\n",
-    "                const springls__hit hit = contour->hit[at];\n",
-    "                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;\n",
-    "                if (all++ < SPRINGLS__LINE_HITS) {\n",
-    "                    work->hit[work->hits] = hit;\n",
-    "                    if (!weighed) work->hit[work->hits].weight = hit.own_weight;\n",
-    "                    work->hits++;\n",
+    "                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;\n",
+    "                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;\n",
+    "                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */\n",
+    "                    work->hit[work->hits].t = hit->t;\n",
+    "                    work->hit[work->hits].own_weight = hit->own_weight;\n",
+    "                    work->hit[work->hits].springl = hit->springl;\n",
+    "                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;\n",
     "                }\n",
     "            }\n",
     "        }\n",
@@ -42035,7 +42047,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);\n",
     "}\n",
     "\n",
-    "/* Returns phi at a node: below 0 inside. */\n",
+    "/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */\n",
     "SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)\n",
     "{\n",
     "    const float deep = springls__min(springls__fabs(phi), 1.0f);\n",
@@ -42307,6 +42319,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Return whether a hit lies before, or behind, what the edge from x to x + 1 takes: the same in floats where edges are counted\n",
+    "   (springls__count_at_edges). */\n",
+    "SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }\n",
+    "SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }\n",
+    "\n",
     "/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are\n",
     "   inside. Returns how many. */\n",
     "SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,\n",
@@ -42316,7 +42333,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float x = (float)at[work->axis];\n",
     "    int n = 0, runs, k;\n",
-    "    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;\n",
+    "    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;\n",
     "    runs = springls__find_runs(first, n, x, from, to, work);\n",
     "    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);\n",
     "    if (runs == 0 && from != to) {\n",
@@ -42426,7 +42443,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;\n",
     "            if (*crossings == 0) continue;\n",
     "            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);\n",
-    "            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;\n",
+    "            while (first < work->hits && springls__is_before_edge(work->hit[first].t, (float)at[line >> 6])) first++;\n",
     "            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),\n",
     "                                                           springls__line_side(contour, brick, line, x + 1), work,\n",
     "                                                           contour->crossing + begin[line] + count);\n",
@@ -42434,7 +42451,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25723 \"springls.h\"\n",
+    "#line 25734 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43020,7 +43037,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26310 \"springls.h\"\n",
+    "#line 26321 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43616,7 +43633,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43620 \"springls.h\"\n",
+    "#line 43637 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -44997,9 +45014,10 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
 }
 
 /* Calls the callback for the attributes of the springls from number `first` on. */
-SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const springls_follow_desc *desc, int first)
+SPRINGLS__FN springls_status springls__fill_new_values(springls_context *ctx, const springls_follow_desc *desc, int first)
 {
     const int count = ctx->model.set.count - first;
+    springls_status status = SPRINGLS_OK;
     springls__buffer places;
     int i, k;
     if (!desc->values || !count || !ctx->attribute_count) return SPRINGLS_OK;
@@ -45007,10 +45025,13 @@ SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const s
     SPRINGLS__TRY(springls__buffer_grow(ctx, &places, 3 * (size_t)count, sizeof(float), 0));
     for (i = 0; i < count; i++)
         springls__voxel_to_world(ctx, ctx->model.set.s[first + i].p, (float *)places.data + 3 * (size_t)i);
-    for (k = 0; k < ctx->attribute_count; k++)
-        (desc->values)(desc->user, k, (const float *)places.data, count, springls__values_of(&ctx->attributes[k], first));
+    for (k = 0; k < ctx->attribute_count && status == SPRINGLS_OK; k++) {
+        float *values = springls__values_of(&ctx->attributes[k], first);
+        (desc->values)(desc->user, k, (const float *)places.data, count, values);
+        status = springls__finite_values(ctx, values, (size_t)count * (size_t)ctx->attributes[k].channels, "follow_level_set");
+    }
     springls__buffer_free(ctx, &places);
-    return SPRINGLS_OK;
+    return status;
 }
 
 /* Does the work on checked arguments. On failure the model is left unfinished. */
@@ -45030,7 +45051,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     ctx->omega_fresh = false;
     first = ctx->model.set.count;
     SPRINGLS__TRY(springls__add_isolated(job, &added));
-    SPRINGLS__TRY(springls__ask_values(ctx, desc, first));
+    SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
     springls__find_awake_now(ctx);
     return springls__complete_model(ctx, false);
 }
@@ -45075,7 +45096,7 @@ SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_follow(ctx, desc));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "follow_level_set: there are no springls");
-    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.reach = desc->reach > 0.0f ? desc->reach : 1.5f;

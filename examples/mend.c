@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { PICTURE = 480, EXIT_LOSS = 3 };
 
@@ -200,7 +201,7 @@ static void warn_of_floats(const struct mend *m)
     if (!is_moved(m) && step > much * m->spacing) {
         fprintf(stderr, "mend: warning: %s: coordinates are read as floats, in steps of %.2g (%.2g voxels): PLY and OBJ are read in double "
                         "precision\n", m->input, step, step / m->spacing);
-    } else if (is_moved(m) && dot && (strcmp(dot, ".stl") == 0 || strcmp(dot, ".STL") == 0)) {
+    } else if (is_moved(m) && dot && strcasecmp(dot, ".stl") == 0) {
         const double furthest = fmax(fabs(m->origin[0]), fmax(fabs(m->origin[1]), fabs(m->origin[2])));
         fprintf(stderr, "mend: warning: %s: STL has floats only, in steps of %.2g (%.2g voxels): PLY, OBJ and GLB keep all digits\n", m->out,
                 furthest * 1.2e-7, furthest * 1.2e-7 / m->spacing);
@@ -412,7 +413,7 @@ int main(int argc, char **argv)
         {"out", CLI_RESULT, &m.out, "SOLID", "PLY, OBJ, STL or GLB, by its extension", 0.0, 0.0, NULL},
         {"picture", CLI_OUTPUT, &m.picture, "FILE", "a PNG of the mesh and the solid", 0.0, 0.0, NULL},
         {"opening", CLI_DOUBLE, &m.opening, "VOXELS", "what a ball of this radius cannot get into is inside (default: found, and printed)",
-         0.25, 64.0, NULL},
+         1.0, 64.0, NULL},
         {"cavities", CLI_CHOICE, &m.cavities, NULL, "hollows that are shut", 0.0, 0.0, "fill|keep"},
         {"specks", CLI_DOUBLE, &m.specks, "VOXELS", "closed parts of a smaller volume are left out, voxels^3", 0.0, 1e6, NULL},
         {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},

@@ -191,7 +191,7 @@ int main(int argc, char **argv)
         bin_again();
         ok(skin, springls_step(skin, &step));               /* springls come along with the flow */
         ok(skin, springls_follow_level_set(skin, &follow)); /* and lie on the particles' union */
-        if (frame % (frames / 4) != 0) continue;
+        if (frames > 4 && frame % (frames / 4) != 0) continue;
         ok(skin, springls_measure(skin, &m));
         ok(alone, springls_set_implicit(alone, union_of, NULL));
         ok(alone, springls_measure(alone, &right));

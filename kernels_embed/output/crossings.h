@@ -435,12 +435,13 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             if (!springls__has_hits(contour, b, line)) continue;
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
-                const springls__hit hit = contour->hit[at];
-                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;
-                if (all++ < SPRINGLS__LINE_HITS) {
-                    work->hit[work->hits] = hit;
-                    if (!weighed) work->hit[work->hits].weight = hit.own_weight;
-                    work->hits++;
+                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
+                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
+                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
+                    work->hit[work->hits].t = hit->t;
+                    work->hit[work->hits].own_weight = hit->own_weight;
+                    work->hit[work->hits].springl = hit->springl;
+                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
                 }
             }
         }
@@ -625,7 +626,7 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Returns phi at a node: below 0 inside. */
+/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
@@ -897,6 +898,11 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
     }
 }
 
+/* Return whether a hit lies before, or behind, what the edge from x to x + 1 takes: the same in floats where edges are counted
+   (springls__count_at_edges). */
+SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
+SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
+
 /* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
    inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
@@ -906,7 +912,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
 {
     const float x = (float)at[work->axis];
     int n = 0, runs, k;
-    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.0f + SPRINGLS__EDGE_MARGIN) n++;
+    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
     runs = springls__find_runs(first, n, x, from, to, work);
     if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
@@ -1016,7 +1022,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
             SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
             if (*crossings == 0) continue;
             springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
-            while (first < work->hits && work->hit[first].t < (float)at[line >> 6] - SPRINGLS__EDGE_MARGIN) first++;
+            while (first < work->hits && springls__is_before_edge(work->hit[first].t, (float)at[line >> 6])) first++;
             *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
                                                            springls__line_side(contour, brick, line, x + 1), work,
                                                            contour->crossing + begin[line] + count);

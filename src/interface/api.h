@@ -583,14 +583,17 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
    so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
-   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. The model has no part in it. */
+   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
+   base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
+   it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
                                                      size_t snapshot_size, void *out, size_t capacity, size_t *size);
 
-/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into `out`,
-   which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it. BAD_SNAPSHOT: `base` is no snapshot,
-   the difference is from another one, or it is damaged; what `out` then holds is undefined. INVALID_ARGUMENT: also when capacity is
-   less than *size. */
+/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into
+   `out`, which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it.
+   BAD_SNAPSHOT: `base` is no snapshot, or not the one of the difference, or the difference is cut short or names places outside;
+   what `out` then holds is undefined. Bytes that were altered are found by springls_restore. INVALID_ARGUMENT: also when capacity
+   is less than *size. */
 SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
                                                      size_t delta_size, void *out, size_t capacity, size_t *size);
 
@@ -690,7 +693,7 @@ typedef struct springls_mesh {
     float *positions;       /* 3 a vertex, world                                                                    */
     float *normals;         /* 3 a vertex, unit, outward                                                            */
     float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
-    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: of the one that shows most there),
+    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: the one with the most weight there),
                                -1 when none is within a voxel                                                       */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
@@ -698,9 +701,9 @@ typedef struct springls_mesh {
                                mesh that the caller makes: it is not known                                          */
 } springls_mesh;
 
-/* Extracts the watertight surface as a mesh: welded, closed, every edge between exactly two triangles. params.contouring says what of:
-   the zero level, or what the springls show, which keeps sharp edges and sheets below a voxel (manual, CONTOURING). An empty model gives
-   an empty mesh. On failure *out is empty. */
+/* Extracts the watertight surface as a mesh: welded, closed, every edge between exactly two triangles. By params.contouring that is
+   the zero level, or the surface of what springls hold, which keeps sharp edges and sheets below a voxel (manual, CONTOURING). An
+   empty model gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
 /* Extracts the springls themselves: three vertices each, with the springl's normal and index, and each with its own correspondence, as
@@ -775,15 +778,16 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: the sign of phi, or by the mesh of what
-   springls hold (params.contouring). */
+/* Samples whether the watertight surface bounds points, one byte each, 1 inside, 0 outside: by the sign of phi, or with
+   SPRINGLS_CONTOURING_SPRINGLS by the mesh of springls_extract_mesh; while a step or an update of chunks is in progress by the sign
+   of phi. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* what springls hold (params.contouring): its mesh, with a hierarchy, is made at the first query
-                                    after the model has changed; while a step is in progress it is the zero level. Or the zero
-                                    level, closed: its mesh, which is not made. Nothing is built
+    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too; it is made, with
+                                    a hierarchy, at the first query after the model has changed. LEVEL_SET, and while a step or an
+                                    update of chunks is in progress: the zero level, closed. Nothing is built then
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
@@ -798,7 +802,7 @@ typedef struct springls_hit {
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
-                                    it, or between those of the mesh of springls; SOUP: of the springl              */
+                                    it, or interpolated from the vertices of the mesh of springls; SOUP: of the springl */
     float barycentric[3];        /* in the springl: its place closest to `point`                                    */
     float distance;              /* world units, never negative: from the query point, or along the ray             */
     float material[3];           /* world. WATERTIGHT: from a quadratic fit of the correspondences around, as in
@@ -999,20 +1003,21 @@ typedef void (*springls_values_fn)(void *user, int attribute, const float *point
 /* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
 typedef struct springls_follow_desc {
     springls_implicit_fn fn;   /* as for springls_set_implicit; NULL: phi                                           */
-    const float *phi;          /* a dense volume as for springls_set_level_set, with fn NULL                        */
+    const float *phi;          /* a dense volume as for springls_set_level_set, of the grid where it is now (follow); fn NULL */
     void *user;                /* handed to fn and values                                                           */
     springls_values_fn values; /* attributes of springls on parts that come from none; NULL: zeros                  */
     float reach;               /* voxels, at most params.band_half_width: springls within it are kept; 0: 1.5       */
     float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
 } springls_follow_desc;
 
-/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they are drawn
-   onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are filled as by
-   springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the place where they
-   come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so that springls come
-   along. The original surface stays. INVALID_ARGUMENT: also fn and phi both given, or neither. NON_FINITE: it has returned NaN.
-   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. After OUT_OF_MEMORY the model
-   may be empty. */
+/* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
+   are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
+   filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
+   place where they come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so
+   that springls come along. The original surface stays. A step in progress is completed first. INVALID_ARGUMENT: also fn and phi
+   both given, or neither. NON_FINITE: a value of fn or phi is NaN; one of desc->values is not finite, then the model is empty.
+   EMPTY_MODEL: there are no springls, or the new level set has no zero in the grid: the model stays as it is. OUT_OF_MEMORY: also
+   more than max_springls; the model may be empty. */
 SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc);
 
 /* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to

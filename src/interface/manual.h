@@ -325,10 +325,10 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh and its companions below show what the springls hold. Their planes are intersected
-   with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it, and phi decides where they
-   say nothing. An edge of the grid may be crossed several times, so that a sheet may be thinner than a voxel. In faces and cells of the grid
-   the surface gets corners where springls differ by more than 37 degrees. The mesh is
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _measure, _closest, _raycast and _sample_inside show what the springls hold.
+   Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
+   and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
+   voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
 
      - closed, also at the border of the grid, and oriented; each vertex has one fan of triangles; no triangles of a cell cross each other,
        and those of different cells cannot. Where springls contradict each other it may have specks and handles;
@@ -413,8 +413,8 @@
    sleep and nothing moves, a step ends after advect. While a brick is awake, springls at rest go on turning as they relax, which moves
    phi to and fro by about 0.02 voxel: by so much a model that sleeps may differ from a model that is kept awake.
 
-     - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes, and
-       completes these alone.
+     - A springl that stirs in a brick or beside it wakes the brick; springls_combine and
+       springls_follow_level_set wake those that they change, and complete these alone.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper, in the units of the forces:
        springls outside are not visited.

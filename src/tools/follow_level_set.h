@@ -8,6 +8,7 @@
 #define SPRINGLS__TOOLS_FOLLOW_LEVEL_SET_H
 
 #include "../input/set_level_set.h"
+#include "../output/attributes.h"
 #include "combine.h"
 
 /* The numbers of a follow, voxels, and the model that holds the new level set. */
@@ -153,9 +154,10 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
 }
 
 /* Calls the callback for the attributes of the springls from number `first` on. */
-SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const springls_follow_desc *desc, int first)
+SPRINGLS__FN springls_status springls__fill_new_values(springls_context *ctx, const springls_follow_desc *desc, int first)
 {
     const int count = ctx->model.set.count - first;
+    springls_status status = SPRINGLS_OK;
     springls__buffer places;
     int i, k;
     if (!desc->values || !count || !ctx->attribute_count) return SPRINGLS_OK;
@@ -163,10 +165,13 @@ SPRINGLS__FN springls_status springls__ask_values(springls_context *ctx, const s
     SPRINGLS__TRY(springls__buffer_grow(ctx, &places, 3 * (size_t)count, sizeof(float), 0));
     for (i = 0; i < count; i++)
         springls__voxel_to_world(ctx, ctx->model.set.s[first + i].p, (float *)places.data + 3 * (size_t)i);
-    for (k = 0; k < ctx->attribute_count; k++)
-        (desc->values)(desc->user, k, (const float *)places.data, count, springls__values_of(&ctx->attributes[k], first));
+    for (k = 0; k < ctx->attribute_count && status == SPRINGLS_OK; k++) {
+        float *values = springls__values_of(&ctx->attributes[k], first);
+        (desc->values)(desc->user, k, (const float *)places.data, count, values);
+        status = springls__finite_values(ctx, values, (size_t)count * (size_t)ctx->attributes[k].channels, "follow_level_set");
+    }
     springls__buffer_free(ctx, &places);
-    return SPRINGLS_OK;
+    return status;
 }
 
 /* Does the work on checked arguments. On failure the model is left unfinished. */
@@ -186,7 +191,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     ctx->omega_fresh = false;
     first = ctx->model.set.count;
     SPRINGLS__TRY(springls__add_isolated(job, &added));
-    SPRINGLS__TRY(springls__ask_values(ctx, desc, first));
+    SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
     springls__find_awake_now(ctx);
     return springls__complete_model(ctx, false);
 }
@@ -231,7 +236,7 @@ SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_follow(ctx, desc));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "follow_level_set: there are no springls");
-    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__follow_all(ctx));
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.reach = desc->reach > 0.0f ? desc->reach : 1.5f;

@@ -220,6 +220,55 @@ TEST wrong_calls_are_refused(void)
     PASS();
 }
 
+/* Springls that were written, and that no step has seen since, lie on the new zero level too. */
+TEST written_springls_come_along(void)
+{
+    drops d;
+    springls_follow_desc desc = follow_of(&d);
+    springls_context *ctx;
+    float *p;
+    int i;
+    drops_at(&d, 1);
+    ctx = ball_of(&d);
+    p = (float *)malloc((size_t)springls_count(ctx) * 3 * sizeof *p);
+    for (i = 0; i < springls_count(ctx); i++) {
+        const springls__v3 at = fixture_particle(ctx, i);
+        p[3 * i] = at.x;
+        p[3 * i + 1] = at.y;
+        p[3 * i + 2] = at.z + 1.0f;
+    }
+    ASSERT_OK(springls_write(ctx, 0, springls_count(ctx), NULL, p));
+    free(p);
+    ASSERT_OK(springls_follow_level_set(ctx, &desc));
+    for (i = 0; i < springls_count(ctx); i++)
+        ASSERT_IN_RANGE((double)d.ball[0].radius, d3_distance(d3_of(fixture_particle(ctx, i)), d3_make(13.3, 19.7, 19.4)), 0.1);
+    springls_destroy(ctx);
+    PASS();
+}
+
+static void values_of_none(void *user, int attribute, const float *points, int count, float *out)
+{
+    (void)user, (void)attribute, (void)points;
+    while (count-- > 0) *out++ = NAN;
+}
+
+TEST values_are_finite(void)
+{
+    const springls_attribute_desc attribute = { "heat", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    drops d;
+    springls_follow_desc desc = follow_of(&d);
+    springls_context *ctx;
+    drops_at(&d, 1);
+    ctx = ball_of(&d);
+    ASSERT_OK(springls_add_attribute(ctx, &attribute, NULL, NULL));
+    drops_at(&d, 2);
+    desc.values = values_of_none;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_follow_level_set(ctx, &desc));
+    ASSERT_EQ(0, springls_count(ctx));
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST every_allocation_may_fail(void)
 {
     int k, failed = 0;
@@ -260,6 +309,8 @@ int main(int argc, char **argv)
     RUN_TESTp(what_rests_does_not_flicker, 0);
     RUN_TESTp(what_rests_does_not_flicker, 1);
     RUN_TEST(wrong_calls_are_refused);
+    RUN_TEST(written_springls_come_along);
+    RUN_TEST(values_are_finite);
     RUN_TEST(every_allocation_may_fail);
     GREATEST_MAIN_END();
 }

@@ -151,7 +151,7 @@ static enum ply_type ply_type_of(const char *name)
 
 static bool ply_property_line(struct ply *ply, const char *line)
 {
-    char a[16], b[16], name[32];
+    char a[16], b[16], name[32] = "";
     struct ply_element *e = ply->element_count ? &ply->elements[ply->element_count - 1] : NULL;
     if (!e || e->property_count == MOST_PROPERTIES) {
         return false;
@@ -160,7 +160,7 @@ static bool ply_property_line(struct ply *ply, const char *line)
     memset(p, 0, sizeof *p);
     if (sscanf(line, "property list %15s %15s %31s", a, b, name) == 3) {
         p->count = ply_type_of(a);
-        p->type = ply_type_of(b);
+        p->type = p->count != PLY_NONE ? ply_type_of(b) : PLY_NONE;
     } else if (sscanf(line, "property %15s %31s", b, name) == 2) {
         p->type = ply_type_of(b);
     }
@@ -299,9 +299,11 @@ static bool read_ply(struct local *f)
         const struct ply_element *element = &ply.elements[e];
         if (strcmp(element->name, "vertex") == 0) {
             good = element->count <= (size_t)(f->end - f->at) && !f->places; /* each takes a byte or more */
-            f->places = good ? calloc(element->count + 1, 3 * sizeof *f->places) : f->places;
-            f->colors = good && ply_has(element, "red") ? calloc(element->count + 1, 3 * sizeof *f->colors) : NULL;
-            good = good && f->places;
+            if (good) {
+                f->places = calloc(element->count + 1, 3 * sizeof *f->places);
+                f->colors = ply_has(element, "red") ? calloc(element->count + 1, 3 * sizeof *f->colors) : NULL;
+                good = f->places != NULL;
+            }
         }
         for (size_t i = 0; good && i < element->count; ++i) {
             good = ply_row(&ply, element);
