@@ -44700,20 +44700,20 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
    it cuts, however many came before it without a step between. */
 
 /* The calm of all slots while a combination has its own, and the bricks that they had. */
-typedef struct springls__calm_aside { springls__buffer calm, bricks; int slots; } springls__calm_aside;
+typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
 
 /* Puts the calm of the model aside: all of it is asleep, until the combination ends the calm of what it changes. Where nothing may sleep it
    does nothing. */
 SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
 {
     const springls__grid *g = &ctx->model.grid;
-    const size_t slots = (size_t)g->slot_count;
+    const size_t slot_count = (size_t)g->slot_count;
     if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slots * SPRINGLS__OCTANTS, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slots, sizeof(int), 0));
-    memcpy(aside->calm.data, g->calm, slots * SPRINGLS__OCTANTS);
-    memcpy(aside->bricks.data, g->slot_brick, slots * sizeof(int));
-    aside->slots = g->slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
+    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    aside->slot_count = g->slot_count;
     springls__rest_all(ctx);
     return SPRINGLS_OK;
 }
@@ -44725,10 +44725,10 @@ SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls_
     const uint8_t *before = (const uint8_t *)aside->calm.data;
     const int *brick = (const int *)aside->bricks.data;
     int i, o;
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slots; i++)
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
             if (before[o] < g->calm[o]) g->calm[o] = before[o];
-    if (aside->slots) springls__find_awake_now(ctx);
+    if (aside->slot_count) springls__find_awake_now(ctx);
 }
 
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */

@@ -282,7 +282,7 @@ static inline bool damage_do(struct damaged *m, enum damage_kind kind, int stren
     case DAMAGE_SHELL: {
         float places[3][3];
         for (int i = 0; i < 3; ++i) damage_center(m, damage_any_triangle(m), places[i]);
-        fine = damage_copy(m, s ? places[0] : NULL, -1.0f, walls[strength] * s, strength != 1);
+        fine = damage_copy(m, s > 0.0f ? places[0] : NULL, -1.0f, walls[strength] * s, strength != 1);
         for (int i = 0; i < 3; ++i) damage_hole(m, places[i], 0.01f * s);
         for (int i = 0; i < 3; ++i) damage_hole(m, places[i], walls[strength] * s * 1.3f);
         break;
