@@ -6,9 +6,18 @@
 
 /* ---- one run of one kernel ---- */
 
-/* Stands before the backend's own `run` while a test watches it. */
+/* Bytes of every array's device memory, whole buffers; an array that the device has not has none. */
+typedef struct parity_copy {
+    char *data[SPRINGLS__ARRAY_COUNT];
+    size_t bytes[SPRINGLS__ARRAY_COUNT];
+} parity_copy;
+
+/* Stands before the backend's own functions while a test watches it. What the device has is downloaded again only where something
+   else than a watched run may have written it: every run asks for sixty arrays. */
 typedef struct parity_watch {
-    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
+    springls_backend own;
+    parity_copy before, scalar, device;
+    void *known[SPRINGLS__ARRAY_COUNT]; /* the device memory whose bytes `before` has; NULL: of none */
     int runs[SPRINGLS__KERNEL_COUNT];
     uint64_t changed[SPRINGLS__KERNEL_COUNT]; /* the arrays in which a run has changed a byte */
     char fault[256];                          /* the first one */
@@ -33,39 +42,83 @@ FIXTURE void parity_fault(int kernel, int array, size_t byte, const char *what)
              (unsigned long)(byte % springls__element_size((springls__array)array)));
 }
 
-/* What the device has of every array, whole buffers, to be freed; an array that it has not is NULL. */
-FIXTURE springls_status parity_download(springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT])
+FIXTURE bool parity_room(parity_copy *copy, int array, size_t bytes)
+{
+    char *data = copy->data[array];
+    if (bytes > copy->bytes[array]) {
+        free(data);
+        copy->data[array] = data = (char *)malloc(bytes);
+    }
+    copy->bytes[array] = data ? bytes : 0;
+    return data || bytes == 0;
+}
+
+FIXTURE springls_status parity_download(springls_context *ctx, int array, parity_copy *copy)
+{
+    springls__buffer buffer = ctx->memory[array];
+    if (!parity_room(copy, array, buffer.device ? buffer.device_bytes : 0)) return SPRINGLS_OUT_OF_MEMORY;
+    if (!buffer.device) return SPRINGLS_OK;
+    buffer.data = copy->data[array];
+    return watch.own.transfer(ctx, &buffer, buffer.device_bytes, true);
+}
+
+/* What is not in use becomes nonsense, the same in every run. */
+FIXTURE springls_status parity_poison(springls_context *ctx, int array)
+{
+    springls__buffer buffer = ctx->memory[array];
+    size_t used = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array), i;
+    if (!buffer.device || !buffer.data) return SPRINGLS_OK; /* no data: an array of the device alone */
+    buffer.data = watch.before.data[array];
+    for (i = used; i < buffer.device_bytes && ((unsigned char *)buffer.data)[i] == 0xA5;) i++;
+    if (i >= buffer.device_bytes) return SPRINGLS_OK;
+    memset((char *)buffer.data + used, 0xA5, buffer.device_bytes - used);
+    return watch.own.transfer(ctx, &buffer, buffer.device_bytes, false);
+}
+
+/* Fills `before`, and `scalar` with the same. */
+FIXTURE springls_status parity_prepare(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer buffer = ctx->memory[array];
-        copy[array] = NULL;
-        if (!buffer.device) continue;
-        buffer.data = copy[array] = malloc(buffer.device_bytes);
-        if (!copy[array]) return SPRINGLS_OUT_OF_MEMORY;
-        SPRINGLS__TRY(ctx->backend->transfer(ctx, &buffer, buffer.device_bytes, true));
+        void *memory = ctx->memory[array].device;
+        if (!memory || watch.known[array] != memory) SPRINGLS__TRY(parity_download(ctx, array, &watch.before));
+        watch.known[array] = memory;
+        SPRINGLS__TRY(parity_poison(ctx, array));
+        if (!parity_room(&watch.scalar, array, watch.before.bytes[array])) return SPRINGLS_OUT_OF_MEMORY;
+        if (watch.before.bytes[array]) memcpy(watch.scalar.data[array], watch.before.data[array], watch.before.bytes[array]);
     }
     return SPRINGLS_OK;
 }
 
-/* What is not in use becomes nonsense, the same in every run. */
-FIXTURE springls_status parity_poison(springls_context *ctx)
+FIXTURE void parity_forget(const springls__buffer *buffer)
 {
     int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer buffer = ctx->memory[array];
-        size_t used = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
-        springls_status status;
-        if (!buffer.device || !buffer.data || used >= buffer.device_bytes) continue; /* no data: an array of the device alone */
-        buffer.data = malloc(buffer.device_bytes);
-        if (!buffer.data) return SPRINGLS_OUT_OF_MEMORY;
-        status = ctx->backend->transfer(ctx, &buffer, used, true);
-        memset((char *)buffer.data + used, 0xA5, buffer.device_bytes - used);
-        if (status == SPRINGLS_OK) status = ctx->backend->transfer(ctx, &buffer, buffer.device_bytes, false);
-        free(buffer.data);
-        if (status != SPRINGLS_OK) return status;
-    }
-    return SPRINGLS_OK;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (watch.known[array] == buffer->device) watch.known[array] = NULL;
+}
+
+FIXTURE springls_status parity_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
+{
+    parity_forget(buffer);
+    return watch.own.resize(ctx, buffer, bytes, keep);
+}
+
+FIXTURE void parity_release(springls_context *ctx, springls__buffer *buffer)
+{
+    parity_forget(buffer);
+    watch.own.release(ctx, buffer);
+}
+
+FIXTURE springls_status parity_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
+{
+    if (!to_host) parity_forget(buffer);
+    return watch.own.transfer(ctx, buffer, bytes, to_host);
+}
+
+FIXTURE springls_status parity_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
+{
+    parity_forget(buffer);
+    return watch.own.upload(ctx, buffer, data, bytes);
 }
 
 typedef void (*parity_limit)(cl_mem memory, size_t bytes);
@@ -88,19 +141,19 @@ FIXTURE void parity_limit_kernel(springls_context *ctx, const springls__kernel_i
     }
 }
 
-FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
+FIXTURE void parity_free(parity_copy *copy)
 {
     int array;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) free(copy[array]);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) free(copy->data[array]);
+    memset(copy, 0, sizeof *copy);
 }
 
-FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count,
-                           springls__arguments args)
+FIXTURE void parity_scalar(const springls_context *ctx, int kernel, int count, springls__arguments args)
 {
     springls__model model = ctx->model;
     float *lane;
     int i;
-#define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
+#define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)watch.scalar.data[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
     lane = (float *)malloc((size_t)springls__kernels[kernel].floats * sizeof *lane + 1);
@@ -125,43 +178,61 @@ FIXTURE bool parity_leaves_chance(int kernel)
 }
 
 /* Whole buffers are compared, not only what is in use: a kernel that writes beyond its elements is found. */
-FIXTURE void parity_compare(const springls_context *ctx, int kernel, springls__arguments args, void *before[], void *scalar[],
-                            void *device[])
+FIXTURE void parity_compare(int kernel, springls__arguments args)
 {
     const uint64_t writes = springls__writes_of((springls__kernel)kernel, &args);
     int array;
     watch.runs[kernel]++;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        size_t bytes = ctx->memory[array].device_bytes, at;
+        const char *before = watch.before.data[array], *scalar = watch.scalar.data[array], *device = watch.device.data[array];
+        size_t bytes = watch.device.bytes[array], at;
         bool listed = writes >> array & 1u;
-        if (!device[array]) continue;
-        if (memcmp(before[array], device[array], bytes) != 0) watch.changed[kernel] |= (uint64_t)1 << array;
-        if ((!listed || !parity_leaves_chance(kernel)) && (at = parity_first_difference(scalar[array], device[array], bytes)) < bytes)
+        if (bytes == 0) continue;
+        if (memcmp(before, device, bytes) != 0) watch.changed[kernel] |= (uint64_t)1 << array;
+        if ((!listed || !parity_leaves_chance(kernel)) && (at = parity_first_difference(scalar, device, bytes)) < bytes)
             parity_fault(kernel, array, at, "differs");
         if (listed) continue;
-        if ((at = parity_first_difference(before[array], device[array], bytes)) < bytes)
+        if ((at = parity_first_difference(before, device, bytes)) < bytes)
             parity_fault(kernel, array, at, "is written and not listed");
     }
 }
 
 FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
-    void *before[SPRINGLS__ARRAY_COUNT] = {NULL}, *scalar[SPRINGLS__ARRAY_COUNT] = {NULL}, *device[SPRINGLS__ARRAY_COUNT] = {NULL};
-    springls_status status = parity_poison(ctx);
-    if (status == SPRINGLS_OK) status = parity_download(ctx, before);
-    if (status == SPRINGLS_OK) status = parity_download(ctx, scalar);
-    if (status == SPRINGLS_OK) {
-        parity_scalar(ctx, scalar, kernel, count, args);
-        parity_limit_kernel(ctx, &springls__kernels[kernel], args);
-        status = watch.run(ctx, kernel, count, args);
-        parity_limit_kernel(ctx, NULL, args);
-    }
-    if (status == SPRINGLS_OK) status = parity_download(ctx, device);
-    if (status == SPRINGLS_OK) parity_compare(ctx, kernel, args, before, scalar, device);
-    parity_free(before);
-    parity_free(scalar);
-    parity_free(device);
-    return status;
+    parity_copy now;
+    springls_status status;
+    int array;
+    SPRINGLS__TRY(parity_prepare(ctx));
+    parity_scalar(ctx, kernel, count, args);
+    parity_limit_kernel(ctx, &springls__kernels[kernel], args);
+    status = watch.own.run(ctx, kernel, count, args);
+    parity_limit_kernel(ctx, NULL, args);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT && status == SPRINGLS_OK; array++)
+        status = parity_download(ctx, array, &watch.device);
+    SPRINGLS__TRY(status);
+    parity_compare(kernel, args);
+    now = watch.device;
+    watch.device = watch.before;
+    watch.before = now;
+    return SPRINGLS_OK;
+}
+
+FIXTURE uint64_t parity_scenario_hash(int which)
+{
+    uint64_t hash;
+    watch.fault[0] = 0;
+    watch.own = *test_device;
+    test_device->run = parity_run;
+    test_device->resize = parity_resize;
+    test_device->release = parity_release;
+    test_device->transfer = parity_transfer;
+    test_device->upload = parity_upload;
+    hash = scenario_hash(which, test_device);
+    *test_device = watch.own;
+    parity_free(&watch.before);
+    parity_free(&watch.scalar);
+    parity_free(&watch.device);
+    return hash;
 }
 
 /* ---- kernel by kernel ---- */
@@ -170,11 +241,7 @@ TEST every_run_has_the_scalar_bits(int which)
 {
     uint64_t hash;
     NEEDS_DEVICE();
-    watch.fault[0] = 0;
-    watch.run = test_device->run;
-    test_device->run = parity_run;
-    hash = scenario_hash(which, test_device);
-    test_device->run = watch.run;
+    hash = parity_scenario_hash(which);
     if (watch.fault[0]) FAILm(watch.fault);
     ASSERT(hash != 0);
     ASSERT(hash == scenario_hash(which, NULL));
