@@ -11,6 +11,7 @@
 #include "surface/mesh_check.h"
 #include "surface/mesh_local.h"
 #include "surface/mesh_simplify.h"
+#include "surface/mesh_weld.h"
 #include "surface/outer_skin.h"
 
 #include <math.h>
@@ -24,11 +25,12 @@ enum { PICTURE = 480, EXIT_LOSS = 3 };
 struct mend {
     struct cli_common common;
     const char *input, *out, *picture, *set, *cavities;
-    double opening, specks, tolerance; /* voxels */
+    double opening, specks, weld, tolerance; /* voxels */
     int triangles;
     bool strict;
     struct mesh mesh; /* as read, less the origin */
     double origin[3];
+    size_t joined; /* pairs of borders */
     struct outer_skin skin;
     struct mesh_followed followed; /* of the skin */
     springls_params params;
@@ -72,7 +74,7 @@ static void box_of(const struct mesh *mesh, const uint32_t *indices, size_t tria
     }
 }
 
-/* Finds the skin, on the voxels of a grid around the whole mesh. */
+/* Joins borders and finds the skin, on the voxels of a grid around the whole mesh. */
 static bool find_skin(struct mend *m)
 {
     double lower[3], upper[3];
@@ -81,6 +83,9 @@ static bool find_skin(struct mend *m)
     m->spacing = solid_grid_of(lower, upper, m->common.grid).spacing[0];
     if (!(m->spacing > 0.0)) {
         return cli_fail("mend", CLI_EXIT_FAILURE, "%s: all of it is one point", m->input) == CLI_CONTINUE;
+    }
+    if (!mesh_weld(&m->mesh, (float)(m->weld * m->spacing), &m->joined)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: not enough memory", m->input) == CLI_CONTINUE;
     }
     const struct outer_skin_spec spec = {.spacing = (float)m->spacing,
                                          .opening = (float)m->opening,
@@ -297,6 +302,7 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
     json_string(&json, "params", m->common.params);
     json_string(&json, "backend", run_backend_name(backend));
     json_number(&json, "opening", (double)m->skin.opening);
+    json_integer(&json, "borders_joined", (int64_t)m->joined);
     json_integer(&json, "patches", m->skin.patches);
     json_integer(&json, "patches_turned", m->skin.turned);
     json_array_begin(&json, "origin");
@@ -324,7 +330,11 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
 static void print(const struct mend *m)
 {
     char text[256];
-    printf("%-9s %d patches, %d turned; a ball of radius %.3g voxels %s\n", "the mesh", m->skin.patches, m->skin.turned,
+    printf("%-9s ", "the mesh");
+    if (m->joined) {
+        printf("%zu pairs of borders are joined; ", m->joined);
+    }
+    printf("%d patches, %d turned; a ball of radius %.3g voxels %s\n", m->skin.patches, m->skin.turned,
            (double)m->skin.opening, m->opening > 0.0 ? "as asked" : "(--opening) fits it");
     printf("%-9s %.1f %% of the area is hidden, %.1f %% is sheets that bound nothing", "left out", 100.0 * share(m, m->skin.hidden),
            100.0 * share(m, m->skin.sheets));
@@ -408,7 +418,7 @@ static int run(struct mend *m)
 
 int main(int argc, char **argv)
 {
-    struct mend m = {.common = cli_common_defaults(), .cavities = "fill", .specks = 8.0};
+    struct mend m = {.common = cli_common_defaults(), .cavities = "fill", .specks = 8.0, .weld = 0.75};
     const struct cli_option table[] = {
         {"out", CLI_RESULT, &m.out, "SOLID", "PLY, OBJ, STL or GLB, by its extension", 0.0, 0.0, NULL},
         {"picture", CLI_OUTPUT, &m.picture, "FILE", "a PNG of the mesh and the solid", 0.0, 0.0, NULL},
@@ -416,6 +426,7 @@ int main(int argc, char **argv)
          1.0, 64.0, NULL},
         {"cavities", CLI_CHOICE, &m.cavities, NULL, "hollows that are shut", 0.0, 0.0, "fill|keep"},
         {"specks", CLI_DOUBLE, &m.specks, "VOXELS", "closed parts of a smaller volume are left out, voxels^3", 0.0, 1e6, NULL},
+        {"weld", CLI_DOUBLE, &m.weld, "VOXELS", "borders that run along each other, no further apart, are joined", 0.0, 64.0, NULL},
         {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},
         {"tolerance", CLI_DOUBLE, &m.tolerance, "VOXELS", "fewer triangles, as long as the surface moves by no more", 0.001, 64.0, NULL},
         {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,

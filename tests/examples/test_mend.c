@@ -141,6 +141,33 @@ TEST damage_is_mended(void)
     PASS();
 }
 
+/* A ring with a rough surface, every triangle on its own with cracks of a five-hundredth around it: all borders find each other, so that the
+ * ring is the rough one again, with one hole. */
+TEST cracks_of_rough_surfaces_are_joined(void)
+{
+    struct damaged m;
+    struct facts facts;
+    char path[512];
+    make_ring(&ring);
+    for (int i = 0; i < 3 * ROUND * ACROSS; ++i) ring.positions[i] += 0.012f * sinf(37.0f * (float)i);
+    const double volume = mesh_volume(ring.positions, (const int *)ring.indices, 2 * ROUND * ACROSS);
+    snprintf(path, sizeof path, "%s", scratch("cracked.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+    ASSERT(damage_do(&m, DAMAGE_CRACKS, 2) && write_damaged(path, &m, NULL));
+    damage_end(&m);
+    const char *const more[] = {"--grid", "48", "--out", scratch("mended.ply"), "--strict", NULL};
+    ASSERT_EQ(0, run_mend(path, more));
+    ASSERTm(printed("stdout"), strstr(printed("stdout"), "13824 pairs of borders are joined; 1 patch")); /* 3 * 9216 / 2 */
+    ASSERT(read_facts(more[3], &facts));
+    mesh_free(&facts.mesh);
+    ASSERT_EQ(0, facts.check.open_edges);
+    ASSERT_EQ(0, facts.check.intersections);
+    ASSERT_EQ(1, facts.check.components);
+    ASSERT_EQ(0, facts.check.euler);
+    ASSERT_IN_RANGE(volume, facts.volume, 0.015 * volume);
+    PASS();
+}
+
 /* A hollow ring: filled, and kept on request. */
 TEST hollows_go_or_stay(void)
 {
@@ -314,6 +341,7 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     if (!make_folder()) return 1;
     RUN_TEST(damage_is_mended);
+    RUN_TEST(cracks_of_rough_surfaces_are_joined);
     RUN_TEST(hollows_go_or_stay);
     RUN_TEST(colors_come_along);
     RUN_TEST(triangles_are_as_many_as_asked_for);
