@@ -248,17 +248,30 @@ struct atlas_stage {
     double volume_ratio;              /* to the reference */
 };
 
+/* What speaks against a result. */
+enum atlas_doubt {
+    ATLAS_TRUSTED,
+    ATLAS_DISAGREES, /* the image agrees too little to be of the subjects' kind */
+    ATLAS_MIRRORED,  /* it agrees clearly more when left and right change places */
+    ATLAS_INVERTED,  /* or bright and dark */
+    ATLAS_SIZE       /* what was found is much smaller or larger than the subjects */
+};
+
 /* How far the subjects' votes on an image are to be trusted (confidence.c). */
 struct atlas_confidence {
     bool known;              /* the subjects have voted */
     double agreement;        /* correlation of the image with what the subjects expect */
     double least, most;      /* of the subjects themselves, each one voted on by the others */
-    double dice, dice_error; /* predicted, and how far such predictions are off for the subjects; NaN: doubtful */
-    bool doubtful;           /* the image agrees too little to be of the subjects' kind */
+    double dice, dice_error; /* predicted, and how far such predictions are off for the subjects; NaN: it disagrees */
+    enum atlas_doubt doubt;
+    double changed;          /* agreement when mirrored or inverted */
+    double volume, smallest, largest; /* of what was found, and the limits of what is believed; mm^3 */
 };
 
 /* Judges an image by its agreement with a template's subjects. */
 bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence);
+/* Returns true if an agreement is too low for an image of the subjects' kind. */
+bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence);
 
 struct atlas_segment {
     struct atlas_segment_settings settings;
@@ -297,6 +310,15 @@ bool atlas_lies_near(struct atlas_segment *run);
 /* Registers the image to the templates and lets the subjects vote: fills run->maps and run->probabilities, and gives the
  * atlas's shape in the image (segment_fusion.c). */
 bool atlas_fuse(struct atlas_segment *run, float *shape);
+/* Chooses the shift from a template to an image: none, or that of the atlas's place in the image. */
+void atlas_choose_shift(const struct atlas_segment *run, const struct volume *image, const struct fusion_template *template,
+                        float shift[3]);
+/* Finds out why an image agrees less with a template's subjects than they do; returns false if memory is short (segment_doubt.c). */
+bool atlas_explain(struct atlas_segment *run, const struct fusion_template *template);
+/* Compares the size of what was found with the subjects'. */
+void atlas_check_size(struct atlas_segment *run);
+/* Returns false, after one line, where the result is not to be trusted. */
+bool atlas_is_trusted(const struct atlas_segment *run);
 /* Returns the probability of being inside minus the level at which volumes are right. */
 float atlas_fused_at(const struct atlas_segment *run, const float place[3]);
 

@@ -10,7 +10,7 @@
 
 enum { MAX_JUDGED = 16 }; /* subjects, evenly chosen of all: more tell little more */
 
-static const double least_share = 0.5; /* of the subjects' least agreement: an image with less is of another kind */
+static const double least_share = 0.75; /* of the subjects' least agreement: an image with less is of another kind */
 
 /* Computes the Dice of what is above the template's level with a subject's mask. */
 static double dice_of(const struct fusion_template *template, const float *probability, int subject)
@@ -69,6 +69,11 @@ static double predict(const double *x, const double *y, int count, double at, do
     return fmax(0.0, fmin(1.0, my + slope * (at - mx)));
 }
 
+bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence)
+{
+    return agreement < least_share * confidence->least;
+}
+
 bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence)
 {
     const int count = template->count < MAX_JUDGED ? template->count : MAX_JUDGED;
@@ -89,8 +94,8 @@ bool atlas_judge(const struct fusion_template *template, double agreement, struc
     confidence->known = true;
     confidence->agreement = agreement;
     confidence->dice = predict(agreements, dices, count, agreement, &confidence->dice_error);
-    confidence->doubtful = agreement < least_share * confidence->least;
-    if (confidence->doubtful) { /* the line does not reach so low */
+    confidence->doubt = atlas_disagrees(agreement, confidence) ? ATLAS_DISAGREES : ATLAS_TRUSTED;
+    if (confidence->doubt == ATLAS_DISAGREES) { /* the line does not reach so low */
         confidence->dice = confidence->dice_error = (double)NAN;
     }
     return true;

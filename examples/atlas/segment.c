@@ -505,6 +505,13 @@ static bool options_fit(const struct atlas_segment *run)
         || atlas_fail("%s has no effect without --level: the atlas has learned intensities", set->dark ? "--dark" : "--ramp");
 }
 
+/* Refuses a label map where intensities were learned from scans. */
+static bool is_scan(const struct atlas_segment *run)
+{
+    return !run->view.learned || !volume_is_label_map(&run->image)
+        || atlas_fail("%.200s: a scan is wanted, this looks like a label map (--level makes it go on)", run->settings.image);
+}
+
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
@@ -519,12 +526,15 @@ bool atlas_segment_image(struct atlas_segment *run)
     choose_window(run);
     run->fused = run->atlas.template_count > 0 && isnan(set->level) && !set->windowed
               && !(set->fit && strcmp(set->fit, "profiles") == 0);
-    if (!options_fit(run)) {
+    if (!options_fit(run) || !is_scan(run)) {
         return false;
     }
     const double begin = elapsed_seconds();
     const bool good = start(run, begin) && (run->fused ? fit_subjects(run, begin) : fit_profiles(run, begin))
                    && run_springls(run, begin);
+    if (good) {
+        atlas_check_size(run);
+    }
     run->seconds = elapsed_seconds() - begin;
     return good && (!set->reference || compare(run));
 }

@@ -26,8 +26,9 @@ bool atlas_lies_near(struct atlas_segment *run)
     return run->placing.shape != NULL;
 }
 
-/* Chooses the shift from template to image: none, as images of one protocol need, or that of the atlas's place in the image. */
-static void choose_shift(const struct atlas_segment *run, const struct fusion_template *template, float shift[3])
+/* Images of one protocol need none. */
+void atlas_choose_shift(const struct atlas_segment *run, const struct volume *image, const struct fusion_template *template,
+                        float shift[3])
 {
     const size_t vertices = (size_t)template->vertices;
     double from[3], to[3], radius;
@@ -36,7 +37,7 @@ static void choose_shift(const struct atlas_segment *run, const struct fusion_te
     for (int a = 0; a < 3; ++a) {
         shift[a] = (float)(to[a] - from[a]);
     }
-    if (fusion_agreement(&template->image, &run->image, unmoved) >= fusion_agreement(&template->image, &run->image, shift)) {
+    if (fusion_agreement(&template->image, image, unmoved) >= fusion_agreement(&template->image, image, shift)) {
         memset(shift, 0, 3 * sizeof *shift);
     }
 }
@@ -69,7 +70,7 @@ static bool ask_template(struct atlas_segment *run, int t, float *places, double
     const struct fusion_template *template = &run->atlas.templates[t];
     float shift[3];
     char error[VOLUME_TEXT];
-    choose_shift(run, template, shift);
+    atlas_choose_shift(run, &run->image, template, shift);
     if (!fusion_register(&template->image, &run->image, shift, &run->maps[t], error)) {
         return atlas_fail("%s: %s", run->settings.image, error);
     }
@@ -95,7 +96,8 @@ bool atlas_fuse(struct atlas_segment *run, float *shape)
             best = t;
         }
     }
-    good = good && atlas_judge(&run->atlas.templates[best], most, &run->confidence);
+    good = good && atlas_judge(&run->atlas.templates[best], most, &run->confidence)
+        && atlas_explain(run, &run->atlas.templates[best]);
     for (int t = 0; good && t < count; ++t) {
         run->trust[t] /= total;
         for (size_t i = 0; i < length; ++i) {

@@ -39,13 +39,13 @@ static void print_summary(const struct atlas_segment *run)
     if (run->confidence.known) {
         const struct atlas_confidence *c = &run->confidence;
         printf("agreement with the subjects %.3f, theirs %.3f to %.3f", c->agreement, c->least, c->most);
-        if (!c->doubtful) {
+        if (!isnan(c->dice)) {
             printf("; predicted Dice %.3f +- %.3f", c->dice, c->dice_error);
         }
         putchar('\n');
     }
-    printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps,
-           run->springls);
+    printf("volume %.4g ml; %s after %d steps, %d springls\n", 1e-3 * run->confidence.volume,
+           run->at_rest ? "springls at rest" : "step limit reached", run->steps, run->springls);
 }
 
 static void report_stage(struct json_writer *json, const char *key, const struct atlas_stage *stage)
@@ -58,6 +58,23 @@ static void report_stage(struct json_writer *json, const char *key, const struct
     json_number(json, "mean_distance_mm", stage->compared ? stage->mean_distance : none);
     json_number(json, "volume_ratio", stage->compared && stage->volume_ratio > 0.0 ? stage->volume_ratio : none);
     json_number(json, "hd95_mm", stage->compared ? stage->hd95 : none);
+    json_object_end(json);
+}
+
+static void report_confidence(struct json_writer *json, const struct atlas_confidence *confidence)
+{
+    static const char *const doubts[] = {"none", "disagrees", "mirrored", "inverted", "size"};
+    json_object_begin(json, "confidence");
+    if (confidence->known) {
+        json_number(json, "agreement", confidence->agreement);
+        json_number(json, "subjects_least", confidence->least);
+        json_number(json, "subjects_most", confidence->most);
+        json_number(json, "predicted_dice", confidence->dice);
+        json_number(json, "predicted_dice_error", confidence->dice_error);
+    }
+    json_number(json, "volume_ml", 1e-3 * confidence->volume);
+    json_string(json, "doubt", doubts[confidence->doubt]);
+    json_bool(json, "trusted", confidence->doubt == ATLAS_TRUSTED);
     json_object_end(json);
 }
 
@@ -96,16 +113,7 @@ static bool report(const struct atlas_segment *run, const char *path)
     if (run->without.name) {
         report_stage(&json, "without_atlas", &run->without);
     }
-    if (run->confidence.known) {
-        json_object_begin(&json, "confidence");
-        json_number(&json, "agreement", run->confidence.agreement);
-        json_number(&json, "subjects_least", run->confidence.least);
-        json_number(&json, "subjects_most", run->confidence.most);
-        json_number(&json, "predicted_dice", run->confidence.dice);
-        json_number(&json, "predicted_dice_error", run->confidence.dice_error);
-        json_bool(&json, "trusted", !run->confidence.doubtful);
-        json_object_end(&json);
-    }
+    report_confidence(&json, &run->confidence);
     json_number(&json, "seconds", run->seconds);
     json_string(&json, "backend", run_backend_name(run->backend));
     json_integer(&json, "threads", threads_count());
@@ -279,8 +287,5 @@ bool atlas_segment_output(const struct atlas_segment *run)
     if (common->json && !report(run, common->json)) {
         return false;
     }
-    return !run->confidence.doubtful
-        || atlas_fail("%.200s: not to be trusted: it agrees with what the atlas's subjects expect by %.2f, where they do so by %.2f at least: "
-                      "another contrast, side or part of the body?",
-                      run->settings.image, run->confidence.agreement, run->confidence.least);
+    return atlas_is_trusted(run);
 }

@@ -235,11 +235,11 @@ TEST subjects_fuse_into_an_unseen_image(void)
     }
     ASSERT(counted > 100 && right > 0.97 * counted);
     const struct atlas_confidence *confidence = &run.confidence;
-    ASSERT(confidence->known && !confidence->doubtful && confidence->least > 0.3);
+    ASSERT(confidence->known && confidence->doubt == ATLAS_TRUSTED && confidence->least > 0.3);
     ASSERT(confidence->agreement > 0.8 * confidence->least);
     ASSERT_IN_RANGE(last->dice, confidence->dice, 0.05); /* predicted without the reference */
     ASSERT(atlas_segment_output(&run));
-    run.confidence.doubtful = true;
+    run.confidence.doubt = ATLAS_DISAGREES;
     ASSERT_FALSE(atlas_segment_output(&run));
     for (int o = 0; o < 3; ++o) { /* options that votes have no use for */
         const struct atlas_segment_settings settings = run.settings;
@@ -272,28 +272,51 @@ static int read_report(const char *path, double *dice)
     return count;
 }
 
-/* An image with the other contrast, and one of nothing, agree with no subject. */
+/* An image from the other side of the body, one with the other contrast, and one of nothing agree with no subject: the first two are
+ * named. A label map is no scan, and a trusted image may still show something of another size. */
 TEST images_of_another_kind_are_not_trusted(void)
 {
+    static const enum atlas_doubt doubts[] = {ATLAS_MIRRORED, ATLAS_INVERTED, ATLAS_DISAGREES, ATLAS_TRUSTED};
     struct volume scan;
     struct atlas_segment run;
     char error[VOLUME_TEXT];
-    for (int kind = 0; kind < 2; ++kind) {
-        ASSERTm(error, volume_read(numbered(12, "images/scan%02d.nii.gz", SCANS - 1), 0, &scan, error));
+    for (int kind = 0; kind < 4; ++kind) {
+        ASSERTm(error, volume_read(numbered(12, kind < 3 ? "images/scan%02d.nii.gz" : "labels/scan%02d.nii.gz", SCANS - 1), 0, &scan, error));
+        const float most = scan.maximum;
+        float *row = scan.data;
         for (size_t n = 0; n < volume_voxels(&scan); ++n) {
-            scan.data[n] = kind == 0 ? scan.maximum - scan.data[n] : (float)(n * 2654435761u % 1000);
+            const size_t i = n % (size_t)scan.dims[0], width = (size_t)scan.dims[0];
+            row = i == 0 ? scan.data + n : row;
+            if (kind == 0 && i < width / 2) {
+                const float kept = row[i];
+                row[i] = row[width - 1 - i];
+                row[width - 1 - i] = kept;
+            } else if (kind == 1 || kind == 2) {
+                scan.data[n] = kind == 1 ? most - scan.data[n] : (float)(n * 2654435761u % 1000);
+            }
         }
         ASSERTm(error, volume_write(numbered(14, "other%d.nii.gz", kind), &scan, VOLUME_FLOAT32, scan.data, error));
         volume_free(&scan);
         memset(&run, 0, sizeof run);
         run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = (double)NAN, .gvf = 0.2,
-                                                       .curvature = 0.05, .modes = 10, .steps = 10};
+                                                       .curvature = 0.05, .modes = 10, .steps = 2};
         run.settings.common.quiet = true;
         run.settings.atlas = numbered(11, "atlas.json", 0);
         run.settings.image = names[14];
         run.params = springls_default_params();
         run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
-        ASSERT_FALSE(atlas_segment_run(&run) && atlas_segment_output(&run));
+        ASSERT_EQ(kind < 3, atlas_segment_run(&run));
+ASSERT_EQ(doubts[kind], run.confidence.doubt);
+        ASSERT_EQ(kind == 3, atlas_is_trusted(&run));
+        if (kind == 0) {
+            run.confidence.doubt = ATLAS_TRUSTED;
+            atlas_check_size(&run);
+            ASSERT(run.confidence.volume > 0.0 && run.confidence.doubt == ATLAS_TRUSTED);
+            for (int i = 0; i < 3 * run.atlas.mean.vertex_count; ++i) run.atlas.templates[0].places[i] *= 2.0f;
+            atlas_check_size(&run);
+            ASSERT_EQ(ATLAS_SIZE, run.confidence.doubt);
+            ASSERT_FALSE(atlas_is_trusted(&run));
+        }
         atlas_segment_free(&run);
     }
     PASS();
