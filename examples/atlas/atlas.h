@@ -108,7 +108,7 @@ struct atlas_build_settings {
     int count;
     const char *images, *landmarks, *orientation;
     int rounds, modes, samples, vertex_landmarks, templates;
-    bool keep_scale, mirror;
+    bool keep_scale, mirror, any_side;
     bool same_vertices;  /* vertex k of each mesh is the same place: nothing is fitted */
     const char *extends; /* atlas add: the atlas.json whose vertices these are */
 };
@@ -141,6 +141,8 @@ void atlas_build_free(struct atlas_build *build);
 bool atlas_same_triangles(const struct atlas_build *build);
 bool atlas_truth_measure(struct atlas_build *build);
 bool atlas_subjects_read(struct atlas_build *build);
+/* Returns false, after one line, where label maps of both sides of the body are subjects (sides.c). */
+bool atlas_sides_agree(const struct atlas_build *build);
 /* Computes mean, modes, regions and profiles from the subjects' shapes (build.c). */
 bool atlas_model_make(struct atlas_build *build);
 /* Registers the subjects' images to some of them, without learning a correction (templates.c). */

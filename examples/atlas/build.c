@@ -248,7 +248,7 @@ bool atlas_build_run(struct atlas_build *build)
     const struct atlas_build_settings *set = &build->settings;
     struct atlas *atlas = &build->atlas;
     const double begin = elapsed_seconds();
-    if (!atlas_subjects_read(build)) {
+    if (!atlas_subjects_read(build) || !atlas_sides_agree(build)) {
         return false;
     }
     if (set->vertex_landmarks > 0 && !choose_landmarks(build, set->vertex_landmarks)) {

@@ -196,6 +196,48 @@ TEST mirrored_subjects_lie_on_the_other_side(void)
     PASS();
 }
 
+/* A bar with an arm to one side and upwards, of slightly another size in each subject. */
+static bool write_armed(int s)
+{
+    const int dims[3] = {26, 26, 26};
+    const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    struct volume volume;
+    char error[VOLUME_TEXT];
+    static uint8_t mask[26 * 26 * 26];
+    if (!volume_create(dims, spacing, origin, &volume)) return false;
+    for (size_t n = 0; n < sizeof mask; ++n) {
+        int at[3];
+        volume_place(dims, n, at);
+        const bool bar = abs(at[0] - 12) <= 3 && abs(at[1] - 12) <= 9 - s % 2 && abs(at[2] - 12) <= 3;
+        const bool arm = at[0] >= 12 && at[0] <= 20 - s % 3 && at[1] >= 16 && at[1] <= 20 && abs(at[2] - 13) <= 2;
+        mask[n] = bar || arm;
+    }
+    const bool good = volume_write(numbered(s, "armed%d.nii.gz", s), &volume, VOLUME_UINT8, mask, error);
+    volume_free(&volume);
+    return good;
+}
+
+/* One subject of the other side among five is named; mirrored once more it is one of them. */
+TEST subjects_of_both_sides_are_refused(void)
+{
+    char mirrored[600];
+    for (int way = 0; way < 3; ++way) {
+        struct atlas_build build = make_build();
+        for (int s = 0; s < 5; ++s) {
+            ASSERT(write_armed(s));
+            build.settings.names[s] = names[s];
+        }
+        snprintf(mirrored, sizeof mirrored, "mirror:%s", names[3]);
+        build.settings.names[3] = way > 0 ? mirrored : names[3];
+        build.settings.any_side = way == 2;
+        build.settings.count = 5;
+        ASSERT(atlas_subjects_read(&build));
+        ASSERT_EQ(way != 1, atlas_sides_agree(&build));
+        atlas_build_free(&build);
+    }
+    PASS();
+}
+
 TEST landmarks_are_mirrored_with_their_subject(void)
 {
     const float center[3] = {3.0f, 28.0f, 26.0f}, half[3] = {9.0f, 9.0f, 8.0f}, middle = -20.0f + 0.5f * 55.0f;
@@ -247,6 +289,7 @@ int main(int argc, char **argv)
     RUN_TEST(bad_subjects_are_refused);
     RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(mirrored_subjects_lie_on_the_other_side);
+    RUN_TEST(subjects_of_both_sides_are_refused);
     RUN_TEST(landmarks_are_mirrored_with_their_subject);
     RUN_TEST(repeated_arguments_are_collected);
     remove_folder();
