@@ -17834,7 +17834,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const size_t entries = springls__entry_count(&ctx->model.grid);
     const size_t nodes = (size_t)ctx->model.grid.slot_count * SPRINGLS__BRICK_VOXELS + entries;
     const int elements = ctx->model.grid.active_count * SPRINGLS__ROWS + (int)entries;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "too many voxels to be numbered");
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "unsigned_to_signed: the narrow band has too many voxels");
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
     springls__run(ctx, SPRINGLS__KERNEL_region_begin, elements, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_region_join, elements, NULL);
@@ -30327,7 +30327,7 @@ SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
 }
 
 /* Returns whether springls lack a list. neighbors_missing may be set where none does: a device does not wait to find out. */
-SPRINGLS__FN bool springls__some_are_unlisted(const springls_context *ctx)
+SPRINGLS__FN bool springls__neighbors_are_missing(const springls_context *ctx)
 {
     int i;
     for (i = 0; ctx->neighbors_uses > 0 && ctx->neighbors_missing && i < ctx->model.set.count; i++)
@@ -30358,7 +30358,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->neighbors = springls__neighbors_listed(ctx);
-    s->neighbors_missing = springls__some_are_unlisted(ctx);
+    s->neighbors_missing = springls__neighbors_are_missing(ctx);
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;

@@ -93,7 +93,7 @@ SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
 }
 
 /* Returns whether springls lack a list. neighbors_missing may be set where none does: a device does not wait to find out. */
-SPRINGLS__FN bool springls__some_are_unlisted(const springls_context *ctx)
+SPRINGLS__FN bool springls__neighbors_are_missing(const springls_context *ctx)
 {
     int i;
     for (i = 0; ctx->neighbors_uses > 0 && ctx->neighbors_missing && i < ctx->model.set.count; i++)
@@ -124,7 +124,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->neighbors = springls__neighbors_listed(ctx);
-    s->neighbors_missing = springls__some_are_unlisted(ctx);
+    s->neighbors_missing = springls__neighbors_are_missing(ctx);
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;

@@ -75,7 +75,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const size_t entries = springls__entry_count(&ctx->model.grid);
     const size_t nodes = (size_t)ctx->model.grid.slot_count * SPRINGLS__BRICK_VOXELS + entries;
     const int elements = ctx->model.grid.active_count * SPRINGLS__ROWS + (int)entries;
-    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "too many voxels to be numbered");
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "unsigned_to_signed: the narrow band has too many voxels");
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
     springls__run(ctx, SPRINGLS__KERNEL_region_begin, elements, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_region_join, elements, NULL);
