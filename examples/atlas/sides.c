@@ -15,6 +15,7 @@ enum { MOMENTS = 6, FEWEST = 4, LONGEST_LIST = 400 };
 
 static const double clearly = 1.5;    /* times as far from the median as in the mirror */
 static const double unusual = 3.0;    /* times as far as the subject in the middle */
+static const double one_sided = 0.02; /* least length of the median: symmetric shapes have less, by chance */
 
 struct odd {
     double moments[MOMENTS];
@@ -102,8 +103,9 @@ static void list_mirrored(const struct atlas_build *build, const struct odd *all
     for (int s = 0; s < count; ++s) {
         values[s] = distance(&all[s], 1.0, &middle);
     }
-    const double usual = median(values, count);
-    for (int s = 0; s < count; ++s) {
+    const struct odd none = {{0.0}};
+    const double usual = median(values, count), side = distance(&middle, 1.0, &none);
+    for (int s = 0; s < count && side > fmax(one_sided, usual); ++s) {
         const double as_it_is = distance(&all[s], 1.0, &middle), in_mirror = distance(&all[s], -1.0, &middle);
         if (as_it_is > clearly * in_mirror && as_it_is > unusual * usual) {
             const size_t length = strlen(list);
