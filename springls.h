@@ -334,8 +334,11 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
-   where a sheet is thinner than phi can hold they miss it.
+   springls_sample_inside follow the same mesh. So do components, events and volume_lock: a component is what a connected part of the
+   mesh bounds, a sheet below a voxel too, two bodies are two while springls hold the gap between them, and with components or
+   volume_lock each step makes the mesh once, with volume_lock once more for each correction. There a change of contouring ends the step
+   in progress, and components are found anew. Chunks and distances are those of phi with either value: where a sheet is
+   thinner than phi can hold they miss it. So is min_component, and what bodies stay two (CONTACT): these change the model.
 
    MOTION FROM OUTSIDE
 
@@ -413,8 +416,8 @@
 
    EVENTS
 
-   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
-   level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
+   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the watertight
+   surface (CONTOURING), and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
    centroid; springls_events lists what has happened to them in the last step, and in calls since the step before: births, splits,
    mergers and deaths, with the components before and after and the place where they met or parted.
 
@@ -428,7 +431,7 @@
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and
        events.
-     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
+     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components; those of what springls hold follow it.
 
    ERRORS OF PLACE
 
@@ -450,8 +453,8 @@
 
    With volume_lock = 1 each component of the model keeps the volume that it had before the first step with the switch on.
    At the end of every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC the springls and phi of a component move along
-   their normals by one small distance; its volume (of its marching cubes surface, as springls_measure computes it) is then
-   right to about 1 part in 10^6.
+   their normals by one small distance; its volume (of its watertight surface, as springls_measure computes it) is then right to
+   about 1 part in 10^6; with SPRINGLS_CONTOURING_SPRINGLS of a ball to 1 in 10^5, of a plate of half a voxel to 1 in 10^3.
 
      - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
      - A component that appears from nothing keeps the volume that it appears with.
@@ -729,6 +732,11 @@
      >>contact_bodies       src/stages/contact_bodies.h
      >>components           src/stages/components.h
      >>label_components     src/stages/label_components.h
+     >>surface_parts        src/stages/surface_parts.h
+     >>surface_table        src/stages/surface_table.h
+     >>patches:kernel       kernels_embed/output/patches.h
+     >>faces:kernel         kernels_embed/output/faces.h
+     >>crossings:kernel     kernels_embed/output/crossings.h
      >>fill_gaps            src/stages/fill_gaps.h
      >>fill_from_springls   src/stages/fill_from_springls.h
      >>rebuild              src/stages/rebuild.h
@@ -769,10 +777,6 @@
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
      >>contour_query        src/output/contour_query.h
-     >>surface_table        src/output/surface_table.h
-     >>patches:kernel       kernels_embed/output/patches.h
-     >>faces:kernel         kernels_embed/output/faces.h
-     >>crossings:kernel     kernels_embed/output/crossings.h
      >>zero_level           src/output/zero_level.h
      >>error_estimates      src/output/error_estimates.h
      >>extract_soup         src/output/extract_soup.h
@@ -1668,8 +1672,8 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
 
-/* Describes a component of the model: a body, a connected part of the inside of the zero level, or a cavity, a connected part of
-   the outside that a body encloses, such as a bubble. World units. */
+/* Describes a component of the model: a body, a connected part of the inside of the watertight surface (params.contouring), or a cavity,
+   a connected part of the outside that a body encloses, such as a bubble. World units. */
 typedef struct springls_component {
     uint32_t id;            /* from 1; no other component of this model ever gets it                                */
     bool cavity;
@@ -1678,10 +1682,9 @@ typedef struct springls_component {
     float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
-/* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
-   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock:
-   INVALID_ARGUMENT without. Completes a step in progress. The list belongs to the context, until the next call that changes the
-   model. */
+/* Lists the components of the present surface by ascending ids. They are found by this call when the surface has changed since the last
+   step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT
+   without. Completes a step in progress. The list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
@@ -1690,8 +1693,8 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
 /* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
-   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to. Conditions as
-   for springls_components. NON_FINITE: a point is. */
+   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to or, with
+   SPRINGLS_CONTOURING_SPRINGLS, the nearest one. Conditions as for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
 
 /* Names what happens to components. */
@@ -3210,8 +3213,7 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
     X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
-    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
-    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
+    X(body_labels, int32_t, 7) X(lock_parent, int32_t, 4) X(body_votes, struct springls__body_vote, 4)                           \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
@@ -5938,7 +5940,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* Arrays of springl contouring: see springls__contour. */
+/* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
@@ -5955,6 +5957,9 @@ enum {
     SPRINGLS__SURFACE_MESH_NORMAL,
     SPRINGLS__SURFACE_MESH_SPRINGL,
     SPRINGLS__SURFACE_MESH_CORNER,
+    SPRINGLS__SURFACE_VERTEX_PART,
+    SPRINGLS__SURFACE_SPRINGL_PART,
+    SPRINGLS__SURFACE_PARTS,
     SPRINGLS__SURFACE_BUFFERS
 };
 
@@ -6109,6 +6114,7 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer lock_item_memory, lock_node_memory; /* of volume_lock.h, while a mesh is made in between   */
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* of the last step and since (events.h)            */
@@ -6147,12 +6153,15 @@ struct springls_context {
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
-    int surface_vertices, surface_triangles;
+    int surface_vertices, surface_triangles, surface_bricks;
+    uint64_t parts_version; /* the surface_version that its parts are of (surface_parts.h); 0: there are none        */
+    int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */
+    uint64_t shape_version; /* counts what may have changed the shape of springls, or the level set              */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];
@@ -6342,6 +6351,13 @@ SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(S) | SPRINGLS__BIT(EDGE))) ctx->shape_version++;
+}
+
+/* Returns the version of what components are found from: the level set or, where the surface is what springls hold, those too. */
+SPRINGLS__FN uint64_t springls__components_source(const springls_context *ctx)
+{
+    return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS ? ctx->shape_version : ctx->phi_version;
 }
 
 /* Returns how many elements of an array are in use. */
@@ -13578,6 +13594,7 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->springls_version++;
     ctx->model_version++;
+    ctx->shape_version++;
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
@@ -16945,16 +16962,3078 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
     if (high >= 0) *cavity = l->node[high];
 }
 
+/* ======== >>crossings:kernel  (kernels_embed/output/crossings.h) =============================================== */
+/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.
+
+   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel
+   center) the cheapest sequence of in and out explains the hits; the three lines vote. Edges: the same search between two nodes whose
+   sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.
+
+   The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.
+   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. Hits and crossings are stored by rows of eight edges
+   along their axis, arcs by rows of eight faces along x. */
+
+/* Lengths in voxels and costs, found by experiment. */
+#define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */
+#define SPRINGLS__LARGEST_HIT_RADIUS 2.5f
+#define SPRINGLS__HIT_SHARE 0.65f       /* of the squared radius: hits beyond it weigh less than .015, and are left out           */
+#define SPRINGLS__TRIM_RADIUS 1.6f
+#define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */
+#define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */
+#define SPRINGLS__CROSSING_COST 0.45f   /* of a change of side that begins a run of hits                                        */
+#define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */
+#define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */
+#define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */
+#define SPRINGLS__EDGE_MARGIN 0.15f     /* what hits beyond its ends an edge takes                                        */
+#define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */
+#define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)
+#define SPRINGLS__TRIM_GROUPS 6
+#define SPRINGLS__TRIMS 96
+#define SPRINGLS__LINE_HITS 256
+#define SPRINGLS__LINE_EVENTS (SPRINGLS__LINE_HITS + 16)
+#define SPRINGLS__EDGE_HITS 96
+#define SPRINGLS__EDGE_CROSSINGS 6
+
+/* A springl as a point with a normal. home: the brick of the table that it is in, -1: none; creased: 1 beside springls that cut it off. */
+typedef struct springls__surfel { springls__v3 p, n; int home, creased; } springls__surfel;
+
+/* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */
+typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;
+
+/* A hit on a row: that is 192 times its brick, and the row there. */
+typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
+
+/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
+   enters. springl: the one that counts most; -1: none. */
+typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;
+
+/* A piece of the surface's section with a face, from a crossing that enters to one that leaves, as seen against the axis, over up to two
+   corners; `rim` is the normal between two. */
+typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;
+
+/* What a brick has in rows. */
+#define SPRINGLS__OF_HITS 0
+#define SPRINGLS__OF_CROSSINGS 1
+#define SPRINGLS__OF_ARCS 2
+#define SPRINGLS__TABLE_ROWS 192
+
+/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
+   8 row + place along the axis; its faces by 512 axis + node. */
+typedef struct springls__surface_brick {
+    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
+    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
+    int first_triangle, first_inner;    /* in the arrays of the contour */
+    int triangles, inner, links;
+    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
+    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
+    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
+} springls__surface_brick;
+
+typedef struct springls__contour {
+    SPRINGLS__GLOBAL springls__surface_brick *brick;
+    SPRINGLS__GLOBAL const springls__surfel *surfel; /* of springls                                */
+    SPRINGLS__GLOBAL springls__hit *hit;
+    SPRINGLS__GLOBAL springls__crossing *crossing;
+    SPRINGLS__GLOBAL springls__arc *arc;
+    SPRINGLS__GLOBAL springls__crossing *inner;      /* vertices in cells                          */
+    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
+    int first_corner, first_inner;                   /* numbers of those vertices                  */
+} springls__contour;
+
+/* ---- small helpers ---- */
+
+SPRINGLS__INNER float springls__along(springls__v3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+SPRINGLS__INNER springls__v3 springls__with_along(springls__v3 v, int axis, float x)
+{
+    if (axis == 0) v.x = x;
+    else if (axis == 1) v.y = x;
+    else v.z = x;
+    return v;
+}
+
+SPRINGLS__INNER springls__v3 springls__zero3(void) { return springls__v3_make(0.0f, 0.0f, 0.0f); }
+SPRINGLS__INNER int springls__axis_after(int axis) { return axis == 2 ? 0 : axis + 1; }
+SPRINGLS__INNER int springls__hit_springl(springls__hit hit) { return hit.springl < 0 ? ~hit.springl : hit.springl; }
+SPRINGLS__INNER int springls__hit_side(springls__hit hit) { return hit.springl < 0 ? -1 : 1; }
+
+/* Places are multiples of 2^-16 voxel, so that the tests of whether triangles cross are exact in whole numbers. */
+SPRINGLS__INNER float springls__snapped(float x) { return springls__floor(x * 65536.0f + 0.5f) / 65536.0f; }
+
+SPRINGLS__INNER springls__v3 springls__snapped3(springls__v3 x)
+{
+    return springls__v3_make(springls__snapped(x.x), springls__snapped(x.y), springls__snapped(x.z));
+}
+
+/* Returns (1 - d2 / r2)^4, 0 beyond r. */
+SPRINGLS__INNER float springls__hit_weight(float d2, float r2)
+{
+    float w = springls__max(1.0f - d2 / r2, 0.0f);
+    w *= w;
+    return w * w;
+}
+
+SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }
+
+/* Finds where node `node` is in its brick, and in the grid. */
+SPRINGLS__INNER void springls__node_of_brick(int node, int at[3])
+{
+    at[0] = node & 7;
+    at[1] = node >> 3 & 7;
+    at[2] = node >> 6;
+}
+
+SPRINGLS__INNER void springls__place_of_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, int node, int at[3])
+{
+    springls__node_of_brick(node, at);
+    at[0] += brick->origin[0];
+    at[1] += brick->origin[1];
+    at[2] += brick->origin[2];
+}
+
+/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
+SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int of_node[3], int *node)
+{
+    *node = springls__voxel_in_brick(of_node[0], of_node[1], of_node[2]);
+    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
+}
+
+/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */
+SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
+{
+    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];
+}
+
+/* Returns the node (u, v) beside axis, at x along it. */
+SPRINGLS__INNER int springls__line_node(int axis, int x, int line)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    return (x << 3 * axis) + ((line & 7) << 3 * b) + ((line >> 3) << 3 * c);
+}
+
+/* ---- trims: planes of the springls across a crease ---- */
+
+typedef struct springls__trim { springls__v3 p, n; int group; } springls__trim;
+
+/* Trims in groups of like normals. */
+typedef struct springls__trims {
+    springls__trim list[SPRINGLS__TRIMS];
+    springls__v3 seed[SPRINGLS__TRIM_GROUPS];
+    int in_group[SPRINGLS__TRIM_GROUPS], count, groups;
+} springls__trims;
+
+/* Returns whether springl `other` lies across a crease from springl i. */
+SPRINGLS__INNER bool springls__across_crease(SPRINGLS__GLOBAL const springls__surfel *surfel, int i, int other)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(surfel[i].n, surfel[other].n);
+    if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;
+    return springls__length2(springls__sub(surfel[other].p, surfel[i].p)) <= r * r;
+}
+
+/* Returns whether any springl lies across a crease from springl i. */
+SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel, int i)
+{
+    springls__cell_walk walk = springls__cell_walk_near(model, surfel[i].p, SPRINGLS__TRIM_RADIUS);
+    int other;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__across_crease(surfel, i, other)) return true;
+    return false;
+}
+
+/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
+   ones, are within half the angle of a crease of one. */
+SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
+                                           springls__v3 lower, springls__v3 upper)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    const int first = springls__cell_walk_next(model, &walk);
+    int other;
+    while (first >= 0 && (other = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(surfel[first].n, surfel[other].n)) < least) return true;
+    return false;
+}
+
+/* Finds which springls of a brick of the grid are creased, by its eighths. */
+SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)
+{
+    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);
+    const float width = 4.0f;
+    int o[3], eighth, row, k;
+    uint32_t at;
+    springls__slot_origin(&model->grid, slot, o);
+    for (eighth = 0; eighth < 8; eighth++) {
+        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;
+        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));
+        const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
+        int creased = -1; /* not known yet */
+        for (row = 0; row < 4; row++) {
+            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));
+            for (at = cell[first]; at < cell[first + 2]; at++) {
+                k = (int)model->cells.ids[at];
+                if (creased < 0) creased = springls__has_creases(model, surfel, lower, upper);
+                surfel[k].creased = creased && springls__is_creased(model, surfel, k);
+            }
+        }
+    }
+}
+
+/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
+SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
+                                             springls__trims *trims)
+{
+    const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
+    int other, g;
+    trims->count = trims->groups = 0;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {
+        springls__trim *trim = &trims->list[trims->count];
+        springls__v3 d, m = contour->surfel[other].n;
+        if (!springls__across_crease(contour->surfel, i, other)) continue;
+        trim->p = contour->surfel[other].p;
+        d = springls__sub(trim->p, p);
+        trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);
+        for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;
+        if (g == trims->groups && g < SPRINGLS__TRIM_GROUPS) {
+            trims->seed[trims->groups] = m;
+            trims->in_group[trims->groups++] = 0;
+        }
+        trim->group = springls__imin(g, SPRINGLS__TRIM_GROUPS - 1);
+        trims->in_group[trim->group]++;
+        trims->count++;
+    }
+}
+
+/* Returns whether over half of a group's weight cuts x off. A springl alone cuts nothing. */
+SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls__v3 x)
+{
+    const float r2 = SPRINGLS__TRIM_RADIUS * SPRINGLS__TRIM_RADIUS, tolerance = 0.03f;
+    float beyond[SPRINGLS__TRIM_GROUPS], all[SPRINGLS__TRIM_GROUPS];
+    int k;
+    for (k = 0; k < SPRINGLS__TRIM_GROUPS; k++) beyond[k] = all[k] = 0.0f;
+    for (k = 0; k < trims->count; k++) {
+        const springls__v3 d = springls__sub(x, trims->list[k].p);
+        const float w = 1.0f - springls__length2(d) / r2;
+        const int g = trims->list[k].group;
+        if (w <= 0.0f) continue;
+        all[g] += w;
+        if (springls__dot(d, trims->list[k].n) > tolerance) beyond[g] += w;
+    }
+    for (k = 0; k < trims->groups; k++)
+        if (beyond[k] > 0.5f * all[k] && trims->in_group[k] > 1) return true;
+    return false;
+}
+
+/* ---- hits ---- */
+
+/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of the grid lie under it. */
+typedef struct springls__disc {
+    float radius2, slope_b, slope_c, pb, pc, pa;
+    int lo[2], hi[2];
+} springls__disc;
+
+SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
+{
+    return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);
+}
+
+/* Finds the disc of a springl for the lines along an axis; false: no line meets it. */
+SPRINGLS__MATHS bool springls__disc_of(const springls__grid *g, springls__v3 p, springls__v3 n, float radius, int axis,
+                                       springls__disc *disc)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float na = springls__along(n, axis), nb = springls__along(n, b), nc = springls__along(n, c);
+    const float r = radius * springls__sqrt(SPRINGLS__HIT_SHARE);
+    float reach;
+    if (springls__fabs(na) < 0.03f) return false;
+    disc->radius2 = radius * radius;
+    disc->pa = springls__along(p, axis);
+    disc->pb = springls__along(p, b);
+    disc->pc = springls__along(p, c);
+    disc->slope_b = -nb / na;
+    disc->slope_c = -nc / na;
+    reach = r * springls__sqrt(springls__max(1.0f - nb * nb, 0.0f));
+    disc->lo[0] = -(int)springls__floor(-springls__max(disc->pb - reach, 0.0f));
+    disc->hi[0] = (int)springls__floor(springls__clamp(disc->pb + reach, -1.0f, (float)(g->size[b] - 1)));
+    reach = r * springls__sqrt(springls__max(1.0f - nc * nc, 0.0f));
+    disc->lo[1] = -(int)springls__floor(-springls__max(disc->pc - reach, 0.0f));
+    disc->hi[1] = (int)springls__floor(springls__clamp(disc->pc + reach, -1.0f, (float)(g->size[c] - 1)));
+    return true;
+}
+
+/* Finds where a line meets the disc; false: nowhere. */
+SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int v, springls__hit *hit)
+{
+    const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;
+    const float d2 = da * da + db * db + dc * dc;
+    if (d2 >= SPRINGLS__HIT_SHARE * disc->radius2) return false;
+    hit->t = disc->pa + da;
+    hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);
+    return true;
+}
+
+/* Returns the row of the brick that a hit lies in, given the brick of its springl; -1: the table has none. */
+SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surface_brick *home, int axis, float t, int u, int v)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    int at[3], node, brick;
+    at[axis] = (int)springls__floor(t) - home->origin[axis];
+    at[b] = u - home->origin[b];
+    at[c] = v - home->origin[c];
+    brick = springls__table_node(home, at, &node);
+    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
+}
+
+/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
+   the trimmed ones are counted too. */
+SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
+                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
+{
+    const springls__surfel s = contour->surfel[i];
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const float last = (float)(model->grid.size[axis] - 1);
+    springls__disc disc;
+    int u, v, n = 0;
+    if (!springls__disc_of(&model->grid, s.p, s.n, springls__hit_radius(model->set.s[i].bounding_radius), axis, &disc)) return 0;
+    for (v = disc.lo[1]; v <= disc.hi[1]; v++)
+        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
+            springls__row_hit found;
+            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
+            if (out) {
+                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
+                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
+                if (trims->count && springls__is_trimmed(trims, x)) continue;
+                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
+                if (found.row < 0) continue;
+                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
+                out[n] = found;
+            }
+            n++;
+        }
+    return n;
+}
+
+/* Finds the hits of springl i: see springls__disc_hits. */
+SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const springls__contour *contour, int i,
+                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
+{
+    int axis, n = 0;
+    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
+    trims->count = 0;
+    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
+    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
+    return n;
+}
+
+/* Puts a hit into its row: begin[row + 1] is where the row's next hit goes. */
+SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, springls__row_hit found)
+{
+    const int row = found.row % SPRINGLS__TABLE_ROWS;
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + found.row / SPRINGLS__TABLE_ROWS;
+    contour->hit[brick->begin[SPRINGLS__OF_HITS][row + 1]++] = found.hit;
+}
+
+SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
+{
+    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
+}
+
+/* Sorts the hits of each row of brick b. */
+SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
+    int row, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
+        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
+            const springls__hit hit = contour->hit[k];
+            int at = k;
+            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
+            contour->hit[at] = hit;
+        }
+}
+
+/* ---- lines ---- */
+
+/* What is known along a line: a hit (side 1 or -1) and its weight, or a node and what speaks against its being inside; node: -1 for one of
+   another brick. */
+typedef struct springls__event { float t, cost; int side, node; } springls__event;
+
+/* Working memory of one brick. */
+typedef struct springls__line_work {
+    springls__hit hit[SPRINGLS__LINE_HITS];
+    springls__event event[SPRINGLS__LINE_EVENTS];
+    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
+    int group[SPRINGLS__EDGE_HITS], came[SPRINGLS__EDGE_HITS];
+    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; those from begin[1] to begin[2] are the brick's own */
+} springls__line_work;
+
+SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b, int line)
+{
+    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+}
+
+/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
+   nearest are taken. */
+SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                           int line, bool weighed, springls__line_work *work)
+{
+    const int axis = line >> 6;
+    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
+    float least = 0.0f;
+    int k, all;
+    work->line = line;
+    work->axis = axis;
+    do {
+        work->hits = all = 0;
+        for (k = 0; k < 3; k++) {
+            const int b = springls__brick_beside(brick, axis, k - 1);
+            int at, end;
+            work->begin[k] = work->hits;
+            if (!springls__has_hits(contour, b, line)) continue;
+            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
+                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
+                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
+                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
+                    work->hit[work->hits].t = hit->t;
+                    work->hit[work->hits].own_weight = hit->own_weight;
+                    work->hit[work->hits].springl = hit->springl;
+                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
+                }
+            }
+        }
+        least = least > 0.0f ? 2.0f * least : 1e-3f;
+    } while (all > SPRINGLS__LINE_HITS);
+}
+
+/* Returns the place at t along a line of a brick. */
+SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line, float t)
+{
+    const int axis = line >> 6, b = springls__axis_after(axis), c = springls__axis_after(b);
+    springls__v3 x = springls__with_along(springls__zero3(), axis, t);
+    x = springls__with_along(x, b, (float)(brick->origin[b] + (line & 7)));
+    return springls__with_along(x, c, (float)(brick->origin[c] + (line >> 3 & 7)));
+}
+
+/* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends
+   there. */
+SPRINGLS__MATHS float springls__share_of_run(const springls__contour *contour,
+                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
+                                             const springls__line_work *work)
+{
+    const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
+    springls__v3 x, aside = springls__zero3(), n = springls__zero3();
+    float sum = 0.0f, t = 0.0f;
+    int k;
+    for (k = first; k < end; k++) {
+        if (springls__hit_side(work->hit[k]) != side) continue;
+        sum += work->hit[k].weight;
+        t += work->hit[k].weight * work->hit[k].t;
+    }
+    x = springls__line_place(brick, work->line, t / (sum + 1e-9f));
+    sum = 0.0f;
+    for (k = first; k < end; k++) {
+        const int i = springls__hit_springl(work->hit[k]);
+        springls__v3 d;
+        float w;
+        if (springls__hit_side(work->hit[k]) != side) continue;
+        d = springls__sub(contour->surfel[i].p, x);
+        w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;
+        aside = springls__mad(aside, d, w);
+        n = springls__mad(n, contour->surfel[i].n, w);
+        sum += w;
+    }
+    aside = springls__scale(aside, 1.0f / sum);
+    n = springls__normalize(n);
+    aside = springls__mad(aside, n, -springls__dot(aside, n));
+    return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);
+}
+
+/* Weighs the hits of a gathered line, run by run of one orientation with some of the brick's own. */
+SPRINGLS__MATHS void springls__weigh_runs(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          springls__line_work *work)
+{
+    int side, first, k, end;
+    for (side = -1; side <= 1; side += 2)
+        for (first = 0; first < work->hits; first = end) {
+            float t = work->hit[first].t, share;
+            end = first + 1;
+            if (springls__hit_side(work->hit[first]) != side) continue;
+            for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)
+                if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);
+            if (end <= work->begin[1] || first >= work->begin[2]) continue;
+            share = springls__share_of_run(contour, brick, first, end, side, work);
+            if (share == 1.0f) continue;
+            for (k = first; k < end; k++)
+                if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;
+        }
+}
+
+/* Marks the nodes of a row at the ends of edges with hits. */
+SPRINGLS__MATHS void springls__mark_beside_hits(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int row)
+{
+    const int axis = row >> 6, before = springls__brick_beside(brick, axis, -1), end = brick->begin[SPRINGLS__OF_HITS][row + 1];
+    uint32_t edges = 0u;
+    int k;
+    for (k = brick->begin[SPRINGLS__OF_HITS][row]; k < end; k++)
+        edges |= 2u << ((int)springls__floor(contour->hit[k].t) - brick->origin[axis]);
+    if (springls__has_hits(contour, before, row)
+        && contour->hit[contour->brick[before].begin[SPRINGLS__OF_HITS][row + 1] - 1].t >= (float)brick->origin[axis] - 1.0f) edges |= 1u;
+    edges |= edges >> 1; /* of the edge before a node, and of its own */
+    for (k = 0; k < 8; k++)
+        if (edges >> k & 1u) {
+            const int node = springls__line_node(axis, k, row & 63);
+            brick->beside_hits[node >> 5] |= 1u << (node & 31);
+        }
+}
+
+/* Weighs the hits of brick b, and marks the nodes beside them. Precondition: all are sorted. */
+SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int b, springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
+    int row, at, k;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
+        const bool some = springls__has_hits(contour, b, row);
+        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
+            springls__mark_beside_hits(contour, brick, row);
+        if (!some) continue;
+        springls__gather_line(contour, brick, row, false, work);
+        springls__weigh_runs(contour, brick, work);
+        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
+            while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
+            contour->hit[at].weight = work->hit[k].weight;
+        }
+    }
+}
+
+/* ---- sides of nodes ---- */
+
+/* The cheapest costs of being outside and inside at a place, and where the last crossing to each side was. */
+typedef struct springls__side_path { float outside, inside, left, entered; } springls__side_path;
+
+SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)
+{
+    springls__side_path path;
+    path.outside = outside;
+    path.inside = inside;
+    path.left = path.entered = -1e9f;
+    return path;
+}
+
+/* The cost of the side that a hit leads to, where the last crossing there was, and how it is reached: 1 from that side itself, 5 in a run,
+   4 by crossing here. */
+typedef struct springls__side_reached { float cost, since; int came; } springls__side_reached;
+
+SPRINGLS__INNER springls__side_reached springls__reach_side(float from, float to, float since, float t, float weight)
+{
+    springls__side_reached next;
+    const bool in_run = springls__fabs(t - since) <= SPRINGLS__RUN_LENGTH;
+    next.cost = in_run ? to : to + weight;
+    next.since = since;
+    next.came = in_run ? 5 : 1;
+    if (from + SPRINGLS__CROSSING_COST < next.cost) {
+        next.cost = from + SPRINGLS__CROSSING_COST;
+        next.since = t;
+        next.came = 4;
+    }
+    return next;
+}
+
+/* Goes on over a hit that enters or leaves; weight: what it costs to leave it unexplained. came: how the side that it leads to is
+   reached. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, bool enters, int *came)
+{
+    const springls__side_reached next = enters ? springls__reach_side(path.outside, path.inside, path.entered, t, weight)
+                                               : springls__reach_side(path.inside, path.outside, path.left, t, weight);
+    *came = next.came;
+    if (enters) {
+        path.inside = next.cost;
+        path.entered = next.since;
+        path.outside += weight;
+    } else {
+        path.outside = next.cost;
+        path.left = next.since;
+        path.inside += weight;
+    }
+    return path;
+}
+
+/* Goes on over a node, where the side may change without a hit; evidence: what speaks against inside, or below 0 against outside. */
+SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, float evidence)
+{
+    springls__side_path next = path;
+    if (path.inside + SPRINGLS__CHANGE_COST < path.outside) {
+        next.outside = path.inside + SPRINGLS__CHANGE_COST;
+        next.left = -1e9f;
+    }
+    if (path.outside + SPRINGLS__CHANGE_COST < path.inside) {
+        next.inside = path.outside + SPRINGLS__CHANGE_COST;
+        next.entered = -1e9f;
+    }
+    next.outside += springls__max(-evidence, 0.0f);
+    next.inside += springls__max(evidence, 0.0f);
+    return next;
+}
+
+SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, springls__event event, bool forward)
+{
+    int came;
+    if (event.side == 0) return springls__side_path_over_node(path, event.cost);
+    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
+}
+
+/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
+SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
+{
+    const float deep = springls__min(springls__fabs(phi), 1.0f);
+    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;
+    return phi < 0.0f ? -weight : weight;
+}
+
+/* Returns phi at a node of a brick of the table. */
+SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOBAL const springls__surface_brick *brick, int node)
+{
+    int at[3];
+    if (brick->slot >= 0) return g->phi[(size_t)brick->slot * SPRINGLS__BRICK_VOXELS + (size_t)node];
+    springls__place_of_node(brick, node, at);
+    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+}
+
+/* Returns the evidence of phi at a node of brick b, which the table may not have: the node is outside then. */
+SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    if (b < 0) return springls__phi_evidence(1.0f, false);
+    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
+}
+
+/* Lists hits [first, end) of the line and the nodes between and around them, in order. */
+SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
+                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
+                                           springls__line_work *work)
+{
+    const springls__grid *g = &model->grid;
+    const int axis = work->axis, o = brick->origin[axis];
+    const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));
+    const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));
+    int x, n = 0, k = first;
+    for (x = from; x <= to + 1; x++) {
+        springls__event event;
+        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
+            event.t = work->hit[k].t;
+            event.side = springls__hit_side(work->hit[k]);
+            event.cost = work->hit[k].weight;
+            event.node = -1;
+            work->event[n++] = event;
+        }
+        if (x > to) break;
+        event.node = springls__line_node(axis, x & 7, work->line & 63);
+        event.t = (float)x;
+        event.side = 0;
+        event.cost = springls__node_evidence(g, contour, springls__brick_beside(brick, axis, (x - o) >> 3), event.node);
+        if (x < o || x >= o + 8) event.node = -1;
+        work->event[n++] = event;
+    }
+    work->events = n;
+}
+
+/* Adds to each node of the events by how much cheaper it is to be outside than inside. */
+SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
+{
+    springls__side_path path = springls__side_path_begin(0.0f, 0.0f);
+    int k;
+    for (k = 0; k < work->events; k++) {
+        path = springls__side_path_over(path, work->event[k], true);
+        if (work->event[k].node < 0) continue;
+        work->forward[k][0] = path.outside;
+        work->forward[k][1] = path.inside;
+    }
+    path = springls__side_path_begin(0.0f, 0.0f);
+    for (k = work->events - 1; k >= 0; k--) {
+        const int node = work->event[k].node;
+        if (node >= 0)
+            work->margin[node] += springls__clamp(work->forward[k][1] + path.inside - (work->forward[k][0] + path.outside), -1.0f, 1.0f);
+        path = springls__side_path_over(path, work->event[k], false);
+    }
+}
+
+/* Votes along a line for its nodes, in parts where hits are less than four voxels apart. */
+SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
+                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
+                                            springls__line_work *work)
+{
+    int first, end;
+    springls__gather_line(contour, brick, line, true, work);
+    for (first = 0; first < work->hits; first = end) {
+        for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;
+        springls__list_line_events(model, contour, brick, first, end, work);
+        springls__vote_for_nodes(work);
+    }
+}
+
+/* Finds the sides of the nodes of brick b. */
+SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
+                                          springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const springls__grid *g = &model->grid;
+    int line, node, k, at[3];
+    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__vote_on_line(model, contour, brick, line, work);
+                break;
+            }
+    for (node = 0; node < 16; node++) brick->inside[node] = 0u;
+    for (node = 0; node < 512; node++) {
+        float value = springls__node_phi(g, brick, node);
+        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
+        if (!(value < 0.0f)) continue;
+        springls__place_of_node(brick, node, at);
+        if (brick->slot >= 0 || springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
+    }
+}
+
+/* ---- crossings of edges ---- */
+
+/* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes
+   and particles. */
+SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits,
+                                                            int which, const springls__line_work *work)
+{
+    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
+    const int axis = work->axis;
+    springls__crossing found;
+    springls__v3 n = springls__zero3(), aside = springls__zero3();
+    float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;
+    int k;
+    for (k = 0; k < hits; k++) {
+        const springls__hit hit = work->hit[first + k];
+        springls__v3 d;
+        float w;
+        if (work->group[k] != which) continue;
+        d = springls__sub(springls__line_place(brick, work->line, hit.t), contour->surfel[springls__hit_springl(hit)].p);
+        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
+        sum += w;
+        t += w * hit.t;
+    }
+    found.x = springls__line_place(brick, work->line, t / sum);
+    found.side = found.springl = 0;
+    sum = 0.0f;
+    for (k = 0; k < hits; k++) {
+        const springls__hit hit = work->hit[first + k];
+        const int i = springls__hit_springl(hit);
+        springls__v3 d;
+        float w;
+        if (work->group[k] != which) continue;
+        d = springls__sub(found.x, contour->surfel[i].p);
+        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
+        sum += w;
+        n = springls__mad(n, contour->surfel[i].n, w);
+        aside = springls__mad(aside, d, w);
+        height += w * springls__dot(contour->surfel[i].n, d);
+        found.side = springls__hit_side(hit);
+        if (w > best) {
+            best = w;
+            found.springl = i;
+        }
+    }
+    bend = 1.0f - springls__length(n) / sum;
+    found.n = springls__normalize(n);
+    height = 0.5f * (springls__dot(found.n, aside) + height) / sum * (1.0f + 0.5f * bend);
+    along = springls__along(found.n, axis);
+    if (springls__fabs(along) > 0.1f)
+        found.x = springls__with_along(found.x, axis, springls__along(found.x, axis) - springls__clamp(height / along, -0.3f, 0.3f));
+    return found;
+}
+
+/* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the
+   intersection of the two, or their union. */
+SPRINGLS__MATHS springls__crossing springls__place_run(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits, int run,
+                                                       springls__line_work *work)
+{
+    const int second_side = SPRINGLS__EDGE_HITS + run;
+    springls__crossing one, two;
+    springls__v3 d;
+    float one_t, two_t;
+    bool convex, some = false;
+    int k, best = -1;
+    for (k = 0; k < hits; k++)
+        if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;
+    d = contour->surfel[springls__hit_springl(work->hit[first + best])].n;
+    for (k = 0; k < hits; k++) {
+        if (work->group[k] != run) continue;
+        if (springls__dot(contour->surfel[springls__hit_springl(work->hit[first + k])].n, d) > SPRINGLS__CREASE_COSINE) continue;
+        work->group[k] = second_side;
+        some = true;
+    }
+    one = springls__place_crossing(contour, brick, first, hits, run, work);
+    if (!some) return one;
+    two = springls__place_crossing(contour, brick, first, hits, second_side, work);
+    d = springls__sub(contour->surfel[two.springl].p, contour->surfel[one.springl].p);
+    convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;
+    one_t = springls__along(one.x, work->axis);
+    two_t = springls__along(two.x, work->axis);
+    return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */
+}
+
+/* Numbers the runs of the first n hits from `first` on, which explain best how the line comes from one side to the other: work->group of
+   each; -1: of none. Returns how many there are. */
+SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int to, springls__line_work *work)
+{
+    springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
+    int k, side = to, runs = 0;
+    bool open = false;
+    for (k = 0; k < n; k++) {
+        const springls__hit hit = work->hit[first + k];
+        work->group[k] = -1;
+        work->came[k] = 0;
+        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
+        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight, springls__hit_side(hit) < 0,
+                                            &work->came[k]);
+    }
+    if ((to ? path.inside : path.outside) > 1e8f) return 0;
+    for (k = n - 1; k >= 0; k--) {
+        if (work->came[k] < 4 || (springls__hit_side(work->hit[first + k]) < 0) != side) continue; /* this side is not reached by it */
+        if (!open) runs++;
+        work->group[k] = runs - 1;
+        open = work->came[k] == 5;
+        if (!open) side = 1 - side;
+    }
+    for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */
+        if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];
+    for (; runs > SPRINGLS__EDGE_CROSSINGS; runs -= 2) continue;
+    return runs;
+}
+
+/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
+SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
+{
+    int k, best = -1;
+    for (k = first; k < first + n; k++)
+        if (springls__hit_side(work->hit[k]) == side
+            && (best < 0 || springls__fabs(work->hit[k].t - x - 0.5f) < springls__fabs(work->hit[best].t - x - 0.5f))) best = k;
+    for (k = first; best >= 0 && k < first + n; k++)
+        work->group[k - first] = springls__hit_side(work->hit[k]) == side
+                              && springls__fabs(work->hit[k].t - work->hit[best].t) < 0.3f ? 0 : -1;
+    return best >= 0;
+}
+
+/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */
+SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)
+{
+    springls__crossing found;
+    int to[3], k;
+    float a, b, t = 0.5f;
+    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
+    found.side = side;
+    found.springl = -1;
+    found.n = springls__zero3();
+    a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+    b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
+    if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);
+    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);
+    found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+    found.x = springls__with_along(found.x, axis, (float)at[axis] + t);
+    return found;
+}
+
+/* Puts crossings of the edge from x to x + 1 in order, apart and within it. */
+SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossing *c, int count, int axis, float x)
+{
+    const float gap = SPRINGLS__CROSSING_GAP;
+    float before = x;
+    int k;
+    for (k = 0; k < count; k++) {
+        const float t = springls__clamp(springls__along(c[k].x, axis), before + gap, x + 1.0f - gap * (float)(count - k));
+        before = springls__snapped(t);
+        c[k].x = springls__with_along(c[k].x, axis, before);
+    }
+}
+
+/* Return whether a hit lies before, or behind, what the edge from x to x + 1 takes: the same in floats where edges are counted
+   (springls__count_at_edges). */
+SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
+SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
+
+/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
+   inside. Returns how many. */
+SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
+                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
+                                             int from, int to, springls__line_work *work,
+                                             SPRINGLS__GLOBAL springls__crossing *out)
+{
+    const float x = (float)at[work->axis];
+    int n = 0, runs, k;
+    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
+    runs = springls__find_runs(first, n, x, from, to, work);
+    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
+    if (runs == 0 && from != to) {
+        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
+        return 1;
+    }
+    for (k = 0; k < runs; k++) out[k] = springls__place_run(contour, brick, first, n, k, work);
+    springls__order_crossings(out, runs, work->axis, x);
+    return runs;
+}
+
+/* Returns whether the node `at` along a line of a brick is inside; beyond the table none is. */
+SPRINGLS__INNER int springls__line_side(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
+                                        int at)
+{
+    const int axis = line >> 6, b = springls__brick_beside(brick, axis, at >> 3);
+    return b >= 0 && springls__bit_of(contour->brick[b].inside, springls__line_node(axis, at & 7, line & 63)) ? 1 : 0;
+}
+
+/* Returns, as bits, which nodes of word w of a brick's sides differ from the next one along an axis. The last brick's last nodes do not. */
+SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                                int axis, int w)
+{
+    const int next = springls__brick_beside(brick, axis, 1);
+    const uint32_t own = brick->inside[w];
+    uint32_t after;
+    if (axis == 0) {
+        after = next < 0 ? own : contour->brick[next].inside[w] << 7;
+        after = (own >> 1 & 0x7f7f7f7fu) | (after & 0x80808080u);
+    } else if (axis == 1) {
+        after = w % 2 == 0 ? brick->inside[w + 1] << 24 : next < 0 ? own & 0xff000000u : contour->brick[next].inside[w - 1] << 24;
+        after |= own >> 8;
+    } else {
+        after = w < 14 ? brick->inside[w + 2] : next < 0 ? own : contour->brick[next].inside[w - 14];
+    }
+    return own ^ after;
+}
+
+/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
+SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
+                                              int leaving[8])
+{
+    const float margin = SPRINGLS__EDGE_MARGIN;
+    int k, end;
+    if (!springls__has_hits(contour, b, line)) return;
+    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
+    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
+        const springls__hit hit = contour->hit[k];
+        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
+        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
+        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
+            entering[x] += hit.springl < 0;
+            leaving[x] += hit.springl >= 0;
+        }
+    }
+}
+
+/* Adds the pairs of crossings that the edges of a line have at most: each needs a hit that enters and one that leaves. */
+SPRINGLS__MATHS void springls__count_pairs(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line)
+{
+    const int axis = line >> 6;
+    int entering[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, leaving[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, k;
+    for (k = -1; k < 2; k++)
+        springls__count_at_edges(contour, springls__brick_beside(brick, axis, k), line, (float)brick->origin[axis], entering, leaving);
+    for (k = 0; k < 8; k++) {
+        const int single = brick->crossings[8 * line + k], most = (SPRINGLS__EDGE_CROSSINGS - single) / 2;
+        brick->crossings[8 * line + k] = (uint8_t)(single + 2 * springls__imin(springls__imin(entering[k], leaving[k]), most));
+    }
+}
+
+/* Counts the crossings that the edges of brick b have at most. */
+SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour, int b)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int axis, line, w, k, at[3];
+    for (k = 0; k < 1536; k++) brick->crossings[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int p = springls__axis_after(axis), q = springls__axis_after(p);
+        for (w = 0; w < 16; w++) {
+            uint32_t changes = springls__side_changes(contour, brick, axis, w);
+            for (; changes; changes &= changes - 1u) {
+                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);
+                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
+            }
+        }
+    }
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+        for (k = -1; k < 2; k++)
+            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
+                springls__count_pairs(contour, brick, line);
+                break;
+            }
+}
+
+/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
+SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b,
+                                              springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
+    int line, x, at[3];
+    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
+        int first = 0, count = 0;
+        if (begin[line] == begin[line + 1]) continue;
+        springls__gather_line(contour, brick, line, true, work);
+        for (x = 0; x < 8; x++) {
+            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
+            if (*crossings == 0) continue;
+            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
+            while (first < work->hits && springls__is_before_edge(work->hit[first].t, (float)at[line >> 6])) first++;
+            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
+                                                           springls__line_side(contour, brick, line, x + 1), work,
+                                                           contour->crossing + begin[line] + count);
+            count += *crossings;
+        }
+    }
+}
+
+/* ======== >>faces:kernel  (kernels_embed/output/faces.h) ======================================================= */
+/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are
+   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells
+   beside a face see the same arcs: so the surface is closed. */
+
+#define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)
+#define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)
+#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
+#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
+#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
+
+/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
+typedef struct springls__owned { int first, count; } springls__owned;
+
+/* Returns how many the elements before element k of its row have. */
+SPRINGLS__INNER int springls__before_in_row(SPRINGLS__GLOBAL const uint8_t *count, int k)
+{
+    int sum = 0, i;
+    for (i = k & ~7; i < k; i++) sum += count[i];
+    return sum;
+}
+
+/* Returns the crossings of the edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__crossings_of_edge(const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3],
+                                                            int axis)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const int line = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7), edge = 8 * line + (at[axis] & 7);
+    int node;
+    const int other = springls__table_node(brick, at, &node);
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].crossings[edge] == 0) return owned;
+    owned.count = contour->brick[other].crossings[edge];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_CROSSINGS][line]
+                + springls__before_in_row(contour->brick[other].crossings, edge);
+    return owned;
+}
+
+/* Returns the arcs of the face across an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int axis)
+{
+    int node;
+    const int other = springls__table_node(brick, at, &node), face = 512 * axis + node;
+    springls__owned owned = { 0, 0 };
+    if (other < 0 || contour->brick[other].arcs[face] == 0) return owned;
+    owned.count = contour->brick[other].arcs[face];
+    owned.first = contour->brick[other].begin[SPRINGLS__OF_ARCS][face >> 3] + springls__before_in_row(contour->brick[other].arcs, face);
+    return owned;
+}
+
+/* Working memory of one brick. */
+typedef struct springls__face_work {
+    uint8_t ends[1536]; /* of arcs on a brick's faces */
+    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
+    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
+    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
+    springls__arc arc[SPRINGLS__FACE_ARCS];
+} springls__face_work;
+
+/* A face across `axis`, that begins at node o; b and c: the axes along it. */
+typedef struct springls__face { int axis, b, c, o[3]; } springls__face;
+
+SPRINGLS__INNER springls__v3 springls__in_face(const springls__face *face, float b, float c)
+{
+    springls__v3 v = springls__with_along(springls__zero3(), face->axis, 0.0f);
+    return springls__with_along(springls__with_along(v, face->b, b), face->c, c);
+}
+
+/* Returns the way along the section of a plane with a face, such that outside is on the left. */
+SPRINGLS__INNER springls__v3 springls__face_tangent(const springls__face *face, springls__v3 n)
+{
+    return springls__in_face(face, springls__along(n, face->c), -springls__along(n, face->b));
+}
+
+SPRINGLS__INNER bool springls__is_in_face(const springls__face *face, springls__v3 x)
+{
+    const float e = SPRINGLS__FACE_MARGIN, b = springls__along(x, face->b) - (float)face->o[face->b];
+    const float c = springls__along(x, face->c) - (float)face->o[face->c];
+    return b > e && b < 1.0f - e && c > e && c < 1.0f - e;
+}
+
+SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { return springls__length2(c->n) > 0.0f; }
+
+/* ---- arcs ---- */
+
+/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
+   Returns how many. */
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const springls__face *face, const int of_node[3], springls__face_work *work)
+{
+    int side, k, n = 0;
+    for (side = 0; side < 4; side++) {
+        const int axis = side & 1 ? face->c : face->b;
+        const bool back = side >= 2;
+        springls__owned owned;
+        int at[3];
+        for (k = 0; k < 3; k++) at[k] = of_node[k];
+        if (side == 1) at[face->b]++;
+        if (side == 2) at[face->c]++;
+        owned = springls__crossings_of_edge(contour, brick, at, axis);
+        for (k = 0; k < owned.count; k++, n++) {
+            const int id = owned.first + (back ? owned.count - 1 - k : k);
+            work->list[n] = id;
+            work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;
+        }
+    }
+    return n;
+}
+
+/* Returns what it costs to join crossing p, which enters, to q, which leaves: little where the way lies in the planes of both. */
+SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const springls__crossing *p, const springls__crossing *q)
+{
+    const springls__v3 d = springls__sub(q->x, p->x);
+    const float length = springls__length(d);
+    const springls__v3 left = springls__scale(springls__in_face(face, -springls__along(d, face->c), springls__along(d, face->b)),
+                                              1.0f / (length + 1e-9f));
+    const bool one = springls__is_supported(p), other = springls__is_supported(q);
+    float sum = 0.0f;
+    if (one) sum += springls__fabs(springls__dot(p->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(p->n, left));
+    if (other) sum += springls__fabs(springls__dot(q->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(q->n, left));
+    return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);
+}
+
+/* Makes crossings i and j of the border an arc. */
+SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
+{
+    springls__arc arc;
+    arc.from = work->list[work->kind[i] < 0 ? i : j];
+    arc.to = work->list[work->kind[i] < 0 ? j : i];
+    arc.corners = 0;
+    arc.corner[0] = arc.corner[1] = arc.rim = springls__zero3();
+    return arc;
+}
+
+/* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */
+SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,
+                                           springls__face_work *work)
+{
+    const int row = SPRINGLS__FACE_CROSSINGS + 1;
+    int width, i, j, arcs = 0, top = 0;
+    if (n == 2) {
+        work->arc[0] = springls__arc_between(work, 0, 1);
+        return;
+    }
+    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
+    for (width = 2; width <= n; width += 2)
+        for (i = 0; i + width <= n; i++) {
+            float best = 1e30f;
+            for (j = i + 1; j < i + width; j += 2) {
+                springls__arc arc;
+                springls__crossing p, q;
+                float cost;
+                if (work->kind[i] == work->kind[j]) continue;
+                arc = springls__arc_between(work, i, j);
+                p = contour->crossing[arc.from];
+                q = contour->crossing[arc.to];
+                cost = springls__pair_cost(face, &p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + i + width];
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + i + width] = j;
+            }
+            work->cost[row * i + i + width] = best;
+        }
+    work->stack[top++] = 0;
+    work->stack[top++] = n;
+    while (top > 0) {
+        const int end = work->stack[--top], begin = work->stack[--top];
+        if (begin >= end) continue;
+        j = work->cut[row * begin + end];
+        work->arc[arcs++] = springls__arc_between(work, begin, j);
+        work->stack[top++] = begin + 1;
+        work->stack[top++] = j;
+        work->stack[top++] = j + 1;
+        work->stack[top++] = end;
+    }
+}
+
+/* ---- corners ---- */
+
+/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */
+typedef struct springls__arc_section {
+    springls__crossing p, q;
+    springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */
+    float cosine;
+    int along_edge, across_edge;    /* both ends on one edge: its axis and the other one; else -1 */
+} springls__arc_section;
+
+SPRINGLS__MATHS springls__arc_section springls__section_of_arc(const springls__contour *contour, const springls__face *face,
+                                                       const springls__arc *arc)
+{
+    springls__arc_section s;
+    int k;
+    s.p = contour->crossing[arc->from];
+    s.q = contour->crossing[arc->to];
+    s.leaving = springls__face_tangent(face, s.p.n);
+    s.arriving = springls__face_tangent(face, s.q.n);
+    s.cosine = springls__is_supported(&s.p) && springls__is_supported(&s.q) ? springls__dot(s.p.n, s.q.n) : 1.0f;
+    s.along_edge = s.across_edge = -1;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->b : face->c, across = k ? face->c : face->b;
+        const float at = springls__along(s.p.x, across);
+        if (at != springls__along(s.q.x, across)) continue;
+        if (at != (float)face->o[across] && at != (float)face->o[across] + 1.0f) continue;
+        if (at != springls__floor(at)) continue;
+        s.along_edge = axis;
+        s.across_edge = across;
+    }
+    return s;
+}
+
+/* Returns the direction from the edge that both ends lie on into the face, 1 or -1 along its other axis. */
+SPRINGLS__INNER float springls__into_face(const springls__face *face, const springls__arc_section *s)
+{
+    return springls__along(s->p.x, s->across_edge) == (float)face->o[s->across_edge] ? 1.0f : -1.0f;
+}
+
+/* Finds where the planes through p and q, with normals n and m, and a face meet; false: they are nearly parallel. */
+SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls__v3 p, springls__v3 n, springls__v3 q,
+                                           springls__v3 m, springls__v3 *x)
+{
+    const float nb = springls__along(n, face->b), nc = springls__along(n, face->c);
+    const float mb = springls__along(m, face->b), mc = springls__along(m, face->c), det = nb * mc - nc * mb;
+    const float ob = (float)face->o[face->b], oc = (float)face->o[face->c];
+    const float dp = nb * (springls__along(p, face->b) - ob) + nc * (springls__along(p, face->c) - oc);
+    const float dq = mb * (springls__along(q, face->b) - ob) + mc * (springls__along(q, face->c) - oc);
+    if (springls__fabs(det) < 0.15f * springls__sqrt((nb * nb + nc * nc) * (mb * mb + mc * mc)) + 1e-6f) return false;
+    *x = springls__in_face(face, ob + (dp * mc - nc * dq) / det, oc + (nb * dq - dp * mb) / det);
+    *x = springls__with_along(*x, face->axis, (float)face->o[face->axis]);
+    return true;
+}
+
+/* Finds the corner where the tangents at both ends meet; false: not between them in the face. */
+SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)
+{
+    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)
+        && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;
+}
+
+/* Returns the cosine of half the angle between the ways at both ends. */
+SPRINGLS__INNER float springls__half_cosine(const springls__arc_section *s)
+{
+    const float both = springls__length(s->leaving) * springls__length(s->arriving) + 1e-9f;
+    const float cosine = springls__clamp(springls__dot(s->leaving, s->arriving) / both, -1.0f, 1.0f);
+    return springls__sqrt(0.5f * (1.0f + cosine));
+}
+
+/* Returns whether a corner at x is sharp: a springl there lies at an edge, or few springls have normals between the two. */
+SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, const springls__contour *contour,
+                                               const springls__arc_section *s, springls__v3 x)
+{
+    const float between = 0.94f, share = 0.15f;
+    const springls__v3 middle_normal = springls__normalize(springls__add(s->p.n, s->q.n));
+    springls__cell_walk walk;
+    float all = 0.0f, some = 0.0f;
+    int i;
+    if (s->p.springl >= 0 && springls__at_edge(model, s->p.springl)) return true;
+    if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;
+    walk = springls__cell_walk_near(model, x, 1.0f);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 n = contour->surfel[i].n;
+        const float w = 1.0f - springls__length2(springls__sub(contour->surfel[i].p, x));
+        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
+        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
+        all += w;
+        if (cp < between && cq < between && springls__dot(n, middle_normal) > 0.0f) some += w;
+    }
+    return some < share * all;
+}
+
+/* Returns the corner itself where it is sharp, else the point of the arc of a circle about there: (1 - tan^2(theta/4)) / 2 of the way from
+   the middle, which is c / (1 + c) for c = cos(theta/2). */
+SPRINGLS__MATHS springls__v3 springls__rounded_corner(const springls__model *model, const springls__contour *contour,
+                                                      const springls__arc_section *s, springls__v3 x)
+{
+    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
+    const float c = springls__half_cosine(s);
+    return springls__is_sharp_corner(model, contour, s, x) ? x : springls__lerp(middle, x, c / (1.0f + c));
+}
+
+/* What springls before the middle of an arc say about a rim: the plane of those that face forward, and how far others reach. */
+typedef struct springls__rim { springls__v3 place, normal; float weight, reach; } springls__rim;
+
+SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, const springls__contour *contour,
+                                                 const springls__arc_section *s, springls__v3 middle, springls__v3 forward)
+{
+    const springls__v3 center = springls__mad(middle, forward, 0.4f);
+    const float radius = 1.3f;
+    springls__cell_walk walk = springls__cell_walk_near(model, center, radius);
+    springls__rim rim;
+    int i;
+    rim.place = rim.normal = springls__zero3();
+    rim.weight = rim.reach = 0.0f;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n, d = springls__sub(p, middle);
+        const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);
+        const float aside2 = springls__length2(springls__mad(d, forward, -ahead));
+        if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;
+        if (aside2 > 1.0f || ahead < -0.6f || ahead > 1.4f) continue;
+        if (facing > 0.5f && springls__dot(n, s->p.n) < 0.8f && springls__dot(n, s->q.n) < 0.8f) {
+            const float w = (1.0f - aside2) * (1.0f - aside2) * facing;
+            rim.weight += w;
+            rim.place = springls__mad(rim.place, p, w);
+            rim.normal = springls__mad(rim.normal, n, w);
+        }
+        if (aside2 < 0.36f && springls__dot(springls__sub(p, s->p.x), s->p.n) < 0.1f
+            && springls__dot(springls__sub(p, s->q.x), s->q.n) < 0.1f) rim.reach = springls__max(rim.reach, ahead);
+    }
+    if (rim.weight <= 0.0f) return rim;
+    rim.place = springls__scale(rim.place, 1.0f / rim.weight);
+    rim.normal = springls__normalize(rim.normal);
+    return rim;
+}
+
+/* Returns how far one can go from x in a direction within a face. */
+SPRINGLS__MATHS float springls__room_in_face(const springls__face *face, springls__v3 x, springls__v3 direction)
+{
+    float room = 2.0f;
+    int k;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->c : face->b;
+        const float d = springls__along(direction, axis), at = springls__along(x, axis) - (float)face->o[axis];
+        if (d > 1e-6f) room = springls__min(room, (1.0f - SPRINGLS__FACE_MARGIN - at) / d);
+        if (d < -1e-6f) room = springls__min(room, (SPRINGLS__FACE_MARGIN - at) / d);
+    }
+    return room;
+}
+
+/* Gives an arc around a rim two corners, where the planes of its ends meet that of the rim through x; false: not in the face. */
+SPRINGLS__MATHS bool springls__square_rim(const springls__face *face, const springls__arc_section *s, springls__v3 x, springls__v3 n,
+                                          springls__arc *arc)
+{
+    const springls__v3 along = springls__face_tangent(face, n);
+    springls__v3 one, two;
+    if (!springls__planes_meet(face, s->p.x, s->p.n, x, n, &one) || !springls__planes_meet(face, s->q.x, s->q.n, x, n, &two)) return false;
+    if (!springls__is_in_face(face, one) || !springls__is_in_face(face, two)) return false;
+    if (springls__dot(springls__sub(one, s->p.x), s->leaving) <= 0.0f || springls__dot(springls__sub(s->q.x, two), s->arriving) <= 0.0f
+        || springls__dot(springls__sub(two, one), along) <= 0.0f) return false;
+    if (springls__length2(springls__sub(two, one)) <= 0.06f * 0.06f) return false;
+    arc->corner[0] = one;
+    arc->corner[1] = two;
+    arc->rim = n;
+    arc->corners = 2;
+    return true;
+}
+
+/* Gives an arc between opposed sides its corners at the rim ahead. */
+SPRINGLS__MATHS void springls__round_rim(const springls__model *model, const springls__contour *contour, const springls__face *face,
+                                         const springls__arc_section *s, springls__arc *arc)
+{
+    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
+    springls__v3 forward = springls__sub(springls__scale(s->leaving, 1.0f / (springls__length(s->leaving) + 1e-6f)),
+                                         springls__scale(s->arriving, 1.0f / (springls__length(s->arriving) + 1e-6f)));
+    springls__rim rim;
+    float room, ahead;
+    if (s->along_edge >= 0) {
+        const springls__v3 in = springls__with_along(springls__zero3(), s->across_edge, springls__into_face(face, s));
+        if (springls__length(forward) < 0.2f || springls__dot(forward, in) <= 0.05f) forward = in;
+    }
+    if (springls__length(forward) < 0.2f) return;
+    forward = springls__normalize(forward);
+    room = springls__room_in_face(face, middle, forward);
+    if (room <= 0.0f) return;
+    rim = springls__find_rim(model, contour, s, middle, forward);
+    arc->corners = 1;
+    if (rim.weight > 0.05f) {
+        const float slope = springls__dot(rim.normal, forward);
+        ahead = slope > 0.2f ? springls__dot(rim.normal, springls__sub(rim.place, middle)) / slope : -1.0f;
+        if (ahead > 0.02f) {
+            arc->corner[0] = springls__mad(middle, forward, springls__min(ahead, room));
+            springls__square_rim(face, s, arc->corner[0], rim.normal, arc);
+            return;
+        }
+    }
+    ahead = springls__min(rim.reach, room);
+    if (ahead < 0.02f) ahead = springls__min(0.02f, 0.5f * room);
+    arc->corner[0] = springls__mad(middle, forward, ahead);
+}
+
+/* Gives an arc a corner as high in the face as `slope` times the distance of its ends, which lie on one edge. */
+SPRINGLS__MATHS void springls__low_corner(const springls__face *face, const springls__arc_section *s, float height, springls__arc *arc)
+{
+    const springls__v3 x = springls__lerp(s->p.x, s->q.x, 0.5f);
+    const float up = springls__max(height, 2.0f / 65536.0f) * springls__into_face(face, s);
+    arc->corner[0] = springls__with_along(x, s->across_edge, springls__along(x, s->across_edge) + up);
+    arc->corners = 1;
+}
+
+SPRINGLS__INNER float springls__ends_distance(const springls__arc_section *s)
+{
+    return springls__fabs(springls__along(s->p.x, s->along_edge) - springls__along(s->q.x, s->along_edge));
+}
+
+/* Takes the corners of an arc away, but for a low one where both ends lie on one edge. */
+SPRINGLS__MATHS void springls__make_plain(const springls__face *face, const springls__arc_section *s, float slope, springls__arc *arc)
+{
+    arc->corners = 0;
+    if (s->along_edge >= 0) springls__low_corner(face, s, slope * springls__ends_distance(s), arc);
+}
+
+/* Gives an arc its corners. */
+SPRINGLS__MATHS void springls__find_corners(const springls__model *model, const springls__contour *contour,
+                                            const springls__face *face, const springls__arc_section *s, springls__arc *arc)
+{
+    const bool rim = s->cosine < SPRINGLS__RIM_COSINE || s->along_edge >= 0;
+    springls__v3 x;
+    if (!rim && s->cosine > SPRINGLS__SHARP_COSINE) return;
+    if (!(s->cosine < SPRINGLS__RIM_COSINE) && !(s->along_edge >= 0 && s->cosine >= 0.9f) && springls__tangents_meet(face, s, &x)) {
+        arc->corner[0] = springls__rounded_corner(model, contour, s, x);
+        arc->corners = 1;
+        return;
+    }
+    if (!rim && s->cosine > 0.0f) return;
+    if (s->along_edge >= 0 && s->cosine > 0.5f && springls__is_supported(&s->p) && springls__is_supported(&s->q)) {
+        const float c = springls__half_cosine(s); /* a cap that comes over the edge: an arc, tan(theta/4) high */
+        const float height = springls__sqrt(springls__max(1.0f - c, 0.0f) / (1.0f + c)) + 0.02f;
+        springls__low_corner(face, s, springls__min(0.5f * springls__ends_distance(s) * height, 0.5f), arc);
+        return;
+    }
+    springls__round_rim(model, contour, face, s, arc);
+}
+
+/* ---- arcs that cross ---- */
+
+/* Returns twice the area of a triangle in a face, exactly, in units of 2^-32 voxel^2. */
+SPRINGLS__MATHS int64_t springls__face_area(const springls__face *face, springls__v3 x, springls__v3 y, springls__v3 z)
+{
+    const float s = 65536.0f, ob = springls__along(x, face->b), oc = springls__along(x, face->c);
+    const int64_t yb = (int64_t)((springls__along(y, face->b) - ob) * s), yc = (int64_t)((springls__along(y, face->c) - oc) * s);
+    const int64_t zb = (int64_t)((springls__along(z, face->b) - ob) * s), zc = (int64_t)((springls__along(z, face->c) - oc) * s);
+    return yb * zc - yc * zb;
+}
+
+SPRINGLS__INNER bool springls__opposite(int64_t a, int64_t b) { return (a <= 0 && b >= 0) || (a >= 0 && b <= 0); }
+
+/* Returns point k of an arc: its ends and the corners between. */
+SPRINGLS__INNER springls__v3 springls__arc_point(const springls__contour *contour, const springls__arc *arc, int k)
+{
+    if (k == 0) return contour->crossing[arc->from].x;
+    return k <= arc->corners ? arc->corner[k - 1] : contour->crossing[arc->to].x;
+}
+
+/* Returns whether two arcs meet. */
+SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const springls__face *face, const springls__arc *one,
+                                         const springls__arc *two)
+{
+    int i, j;
+    for (i = 0; i <= one->corners; i++)
+        for (j = 0; j <= two->corners; j++) {
+            const springls__v3 p = springls__arc_point(contour, one, i), q = springls__arc_point(contour, one, i + 1);
+            const springls__v3 r = springls__arc_point(contour, two, j), s = springls__arc_point(contour, two, j + 1);
+            if (springls__opposite(springls__face_area(face, p, q, r), springls__face_area(face, p, q, s))
+                && springls__opposite(springls__face_area(face, r, s, p), springls__face_area(face, r, s, q))) return true;
+        }
+    return false;
+}
+
+/* Takes corners away from arcs that meet, until none do. */
+SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,
+                                         springls__face_work *work)
+{
+    float slope = 0.05f;
+    int round, i, j;
+    bool some = true;
+    for (round = 0; round < 12 && some; round++) {
+        some = false;
+        for (i = 0; i < arcs; i++)
+            for (j = i + 1; j < arcs; j++) {
+                springls__arc_section one, two;
+                if (!springls__arcs_meet(contour, face, &work->arc[i], &work->arc[j])) continue;
+                some = true;
+                one = springls__section_of_arc(contour, face, &work->arc[i]);
+                two = springls__section_of_arc(contour, face, &work->arc[j]);
+                springls__make_plain(face, &one, slope, &work->arc[i]);
+                springls__make_plain(face, &two, slope, &work->arc[j]);
+            }
+        if (round > 1) slope *= 0.3f;
+    }
+}
+
+/* ---- the kernels ---- */
+
+/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
+SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
+{
+    int k, before;
+    for (k = 0; k < 2; k++) {
+        const int across = k ? springls__axis_after(axis) : springls__axis_after(springls__axis_after(axis)), beside = 3 - axis - across;
+        int node[3];
+        for (before = 0; before < 2; before++) {
+            node[axis] = at[axis];
+            node[across] = at[across];
+            node[beside] = at[beside] - before;
+            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
+                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
+        }
+    }
+}
+
+/* Counts the arcs of the faces of brick b. Each joins two crossings. */
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int axis, u, v, k, at[3];
+    for (k = 0; k < 1536; k++) work->ends[k] = 0;
+    for (axis = 0; axis < 3; axis++)
+        for (v = 0; v < 9; v++)
+            for (u = 0; u < 9; u++) {
+                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
+                int node, owner;
+                at[axis] = 0;
+                at[p] = u;
+                at[q] = v;
+                owner = springls__table_node(brick, at, &node);
+                if (owner < 0) continue;
+                if (contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line]
+                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
+                for (; at[axis] < 8; at[axis]++) {
+                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
+                    if (crossings) springls__add_ends(at, axis, crossings, work);
+                }
+            }
+    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
+}
+
+/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
+SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                             const int of_node[3], int axis)
+{
+    int before[3], node, b, k;
+    for (k = 0; k < 3; k++) before[k] = of_node[k] - (k == axis);
+    if (brick->plain[springls__voxel_in_brick(of_node[0], of_node[1], of_node[2])]) return true;
+    b = springls__table_node(brick, before, &node);
+    return b >= 0 && contour->brick[b].plain[node];
+}
+
+/* Finds the arcs of a face. */
+SPRINGLS__MATHS void springls__find_face_arcs(const springls__model *model, const springls__contour *contour,
+                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const springls__face *face,
+                                              const int of_node[3], springls__owned owned, springls__face_work *work)
+{
+    const bool plain = springls__is_plain_face(contour, brick, of_node, face->axis);
+    int i;
+    springls__join_border(contour, face, springls__face_border(contour, brick, face, of_node, work), work);
+    for (i = 0; i < owned.count; i++) {
+        const springls__arc_section section = springls__section_of_arc(contour, face, &work->arc[i]);
+        if (!plain) springls__find_corners(model, contour, face, &section, &work->arc[i]);
+        if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0)) springls__make_plain(face, &section, 0.05f, &work->arc[i]);
+        work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
+        work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
+    }
+    springls__part_arcs(contour, face, owned.count, work);
+    for (i = 0; i < owned.count; i++) {
+        springls__arc arc = work->arc[i];
+        arc.corner[0] = springls__snapped3(arc.corner[0]);
+        arc.corner[1] = springls__snapped3(arc.corner[1]);
+        contour->arc[owned.first + i] = arc;
+    }
+}
+
+/* Finds the arcs of the faces of brick b. */
+SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
+                                         springls__face_work *work)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
+    int k;
+    for (k = 0; k < 1536; k++) {
+        springls__owned owned;
+        springls__face face;
+        int of_node[3];
+        if ((k & 7) == 0 && begin[k >> 3] == begin[(k >> 3) + 1]) {
+            k += 7;
+            continue;
+        }
+        if (brick->arcs[k] == 0) continue;
+        face.axis = k >> 9;
+        face.b = springls__axis_after(face.axis);
+        face.c = springls__axis_after(face.b);
+        springls__node_of_brick(k & 511, of_node);
+        springls__place_of_node(brick, k & 511, face.o);
+        owned = springls__arcs_of_face(contour, brick, of_node, face.axis);
+        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);
+    }
+}
+
+/* ======== >>patches:kernel  (kernels_embed/output/patches.h) =================================================== */
+/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is
+   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell
+   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */
+
+#define SPRINGLS__CELL_ARCS (6 * SPRINGLS__FACE_ARCS)
+#define SPRINGLS__CELL_CORNERS (3 * SPRINGLS__CELL_ARCS)    /* of all cycles: an arc has a crossing and up to two corners  */
+#define SPRINGLS__CELL_RINGS (2 * SPRINGLS__CELL_CORNERS)   /* corners, with those that chords repeat                      */
+#define SPRINGLS__CELL_VERTICES (2 * SPRINGLS__CELL_CORNERS)
+#define SPRINGLS__CELL_TRIANGLES (2 * SPRINGLS__CELL_CORNERS)
+#define SPRINGLS__RING 32 /* a longer cycle is a fan */
+
+/* A vertex of a cell. id: a crossing; from first_corner on corners of arcs; below 0 a new one. n: of the surface; crosses: 1 for a crossing
+   that is supported by springls. */
+typedef struct springls__cell_vertex { springls__v3 x, n; int id, crosses, place[3]; } springls__cell_vertex;
+
+/* A corner of a cycle: the normals before and after it, the faces of the cell that it lies on, as bits; sharp: 1 for a corner of an arc. */
+typedef struct springls__cycle_corner { springls__v3 before, after; int vertex, faces, sharp; } springls__cycle_corner;
+
+/* An arc as the cell sees it: from one crossing to another; forward: 1 for the face's own way. */
+typedef struct springls__link { int from, to, arc, forward, face, used; } springls__link;
+
+/* Working memory of one brick. */
+typedef struct springls__cell_work {
+    uint8_t sides[512]; /* how many arcs the faces of each cell have */
+    springls__link link[SPRINGLS__CELL_ARCS];
+    springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];
+    springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */
+    int cycle_end[SPRINGLS__CELL_ARCS];
+    int ring_corner[SPRINGLS__CELL_RINGS], ring_next[SPRINGLS__CELL_RINGS], ring_seen[SPRINGLS__CELL_RINGS];
+    int ring[SPRINGLS__CELL_RINGS], whole_ring[SPRINGLS__CELL_RINGS], mate[SPRINGLS__CELL_CORNERS], sharp[SPRINGLS__RING];
+    float cost[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)];
+    int cut[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)], stack[4 * SPRINGLS__RING];
+    int triangle[3 * SPRINGLS__CELL_TRIANGLES];
+    int links, cycles, vertices, own_vertices, ring_nodes, triangles, origin[3];
+} springls__cell_work;
+
+/* ---- cycles ---- */
+
+/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          const int of_node[3], springls__cell_work *work)
+{
+    int axis, side, k, at[3];
+    work->links = 0;
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 2; side++) {
+            springls__owned owned;
+            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
+            owned = springls__arcs_of_face(contour, brick, at, axis);
+            for (k = 0; k < owned.count; k++) {
+                springls__link *link = &work->link[work->links++];
+                link->arc = owned.first + k;
+                link->forward = side;
+                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
+                link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;
+                link->face = 1 << (2 * axis + side);
+                link->used = 0;
+            }
+        }
+}
+
+SPRINGLS__MATHS int springls__add_cell_vertex(springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
+                                              bool crosses)
+{
+    springls__cell_vertex *v = &work->vertex[work->vertices];
+    const float scale = 65536.0f;
+    v->id = id;
+    v->x = x;
+    v->n = n;
+    v->crosses = crosses;
+    v->place[0] = (int)((x.x - (float)work->origin[0]) * scale);
+    v->place[1] = (int)((x.y - (float)work->origin[1]) * scale);
+    v->place[2] = (int)((x.z - (float)work->origin[2]) * scale);
+    return work->vertices++;
+}
+
+/* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */
+SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,
+                                       int corners, springls__cell_work *work)
+{
+    const springls__crossing begin = contour->crossing[link->from];
+    const springls__arc arc = contour->arc[link->arc];
+    springls__cycle_corner *c = &work->corner[corners++];
+    int k;
+    c->before = c->after = begin.n;
+    c->faces = link->face | face_before;
+    c->sharp = 0;
+    c->vertex = springls__add_cell_vertex(work, link->from, begin.x, begin.n, springls__length2(begin.n) > 0.0f);
+    for (k = 0; k < arc.corners; k++) {
+        const int n = link->forward ? k : arc.corners - 1 - k;
+        const springls__v3 first = n == 0 ? contour->crossing[arc.from].n : arc.rim;
+        const springls__v3 last = n == arc.corners - 1 ? contour->crossing[arc.to].n : arc.rim;
+        c = &work->corner[corners++];
+        c->before = link->forward ? first : last;
+        c->after = link->forward ? last : first;
+        c->faces = link->face;
+        c->sharp = 1;
+        c->vertex = springls__add_cell_vertex(work, first_corner + 2 * link->arc + n, arc.corner[n],
+                                              springls__normalize(springls__add(first, last)), false);
+    }
+    return corners;
+}
+
+/* Returns the link that begins where another ends. */
+SPRINGLS__MATHS int springls__link_after(const springls__cell_work *work, int to)
+{
+    int k;
+    for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;
+    return k;
+}
+
+/* Finds the cycles of a cell. */
+SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,
+                                           springls__cell_work *work)
+{
+    int first, k, corners = 0;
+    work->cycles = work->vertices = 0;
+    for (first = 0; first < work->links; first++) {
+        int face_before = 0;
+        if (work->link[first].used) continue;
+        for (k = first; work->link[springls__link_after(work, work->link[k].to)].used == 0; ) {
+            work->link[k].used = 1;
+            k = springls__link_after(work, work->link[k].to);
+        }
+        face_before = work->link[k].face; /* of the last link, which ends where the first begins */
+        work->link[k].used = 1;
+        k = first;
+        do {
+            const springls__link link = work->link[k];
+            corners = springls__add_link(contour, first_corner, &link, face_before, corners, work);
+            face_before = link.face;
+            k = springls__link_after(work, link.to);
+        } while (k != first);
+        work->cycle_end[work->cycles++] = corners;
+    }
+    work->own_vertices = work->vertices;
+}
+
+/* ---- triangles ---- */
+
+SPRINGLS__INNER void springls__add_triangle(springls__cell_work *work, int a, int b, int c)
+{
+    int *t = work->triangle + 3 * work->triangles++;
+    t[0] = a;
+    t[1] = b;
+    t[2] = c;
+}
+
+/* Returns the vertex of corner k of the ring. */
+SPRINGLS__INNER int springls__ring_vertex(const springls__cell_work *work, int k)
+{
+    return work->corner[work->ring[k]].vertex;
+}
+
+/* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */
+SPRINGLS__MATHS float springls__triangle_cost(const springls__cell_work *work, int i, int j, int k)
+{
+    const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };
+    const springls__v3 p = work->vertex[v[0]].x;
+    const springls__v3 n = springls__cross(springls__sub(work->vertex[v[1]].x, p), springls__sub(work->vertex[v[2]].x, p));
+    const float area = springls__length(n);
+    float sum = 0.01f;
+    int c;
+    if (area < 1e-12f) return 1e-3f;
+    for (c = 0; c < 3; c++) {
+        const float off = 1.0f - springls__dot(n, work->vertex[v[c]].n) / area;
+        if (work->vertex[v[c]].crosses) sum += off * off;
+    }
+    return area * sum + 1e-4f;
+}
+
+/* Returns what a diagonal costs: none may lie in a face of the cell. */
+SPRINGLS__INNER float springls__diagonal_cost(const springls__cell_work *work, int n, int i, int j)
+{
+    if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;
+    return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;
+}
+
+/* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */
+SPRINGLS__MATHS bool springls__triangulate(int n, springls__cell_work *work)
+{
+    const int row = SPRINGLS__RING;
+    int width, i, k, top = 0;
+    if (n < 3 || n > SPRINGLS__RING) return false;
+    for (i = 0; i + 1 < n; i++) work->cost[row * i + i + 1] = 0.0f;
+    for (width = 2; width < n; width++)
+        for (i = 0; i + width < n; i++) {
+            const int j = i + width;
+            float best = 1e30f;
+            for (k = i + 1; k < j; k++) {
+                const float cost = work->cost[row * i + k] + work->cost[row * k + j] + springls__triangle_cost(work, i, k, j)
+                                 + springls__diagonal_cost(work, n, i, k) + springls__diagonal_cost(work, n, k, j);
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + j] = k;
+            }
+            work->cost[row * i + j] = best;
+        }
+    if (work->cost[n - 1] >= 1e6f) return false;
+    work->stack[top++] = 0;
+    work->stack[top++] = n - 1;
+    while (top > 0) {
+        const int j = work->stack[--top];
+        i = work->stack[--top];
+        if (j - i < 2) continue;
+        k = work->cut[row * i + j];
+        springls__add_triangle(work, springls__ring_vertex(work, i), springls__ring_vertex(work, k), springls__ring_vertex(work, j));
+        work->stack[top++] = i;
+        work->stack[top++] = k;
+        work->stack[top++] = k;
+        work->stack[top++] = j;
+    }
+    return true;
+}
+
+/* Returns the middle of the ring's n corners. */
+SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, const springls__cell_work *work)
+{
+    springls__v3 sum = springls__zero3();
+    int k;
+    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].x);
+    return springls__scale(sum, 1.0f / (float)n);
+}
+
+/* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */
+SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, const springls__cell_work *work)
+{
+    const springls__v3 middle = springls__ring_middle(n, work);
+    float m[3][4], x[3], c[3];
+    int k, i, j, r;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 4; j++) m[i][j] = i == j ? 0.05f : 0.0f;
+    for (k = 0; k < n; k++) {
+        const springls__v3 p = work->vertex[springls__ring_vertex(work, k)].x, q = work->vertex[springls__ring_vertex(work, k)].n;
+        const float height = springls__dot(q, springls__sub(p, middle));
+        if (!work->vertex[springls__ring_vertex(work, k)].crosses) continue;
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) m[i][j] += springls__along(q, i) * springls__along(q, j);
+            m[i][3] += springls__along(q, i) * height;
+        }
+    }
+    for (i = 0; i < 3; i++)
+        for (r = i + 1; r < 3; r++) {
+            const float f = m[r][i] / m[i][i];
+            for (j = i; j < 4; j++) m[r][j] -= f * m[i][j];
+        }
+    for (i = 2; i >= 0; i--) {
+        const float low = (float)work->origin[i] + 1.0f / 128.0f;
+        x[i] = m[i][3];
+        for (j = i + 1; j < 3; j++) x[i] -= m[i][j] * x[j];
+        x[i] /= m[i][i];
+        c[i] = springls__clamp(springls__along(middle, i) + x[i], low, low + 126.0f / 128.0f);
+    }
+    return springls__snapped3(springls__v3_make(c[0], c[1], c[2]));
+}
+
+/* Adds a vertex inside the cell, with the mean normal of the ring. */
+SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, springls__cell_work *work)
+{
+    springls__v3 sum = springls__zero3();
+    int k;
+    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].n);
+    return springls__add_cell_vertex(work, -1, x, springls__normalize(sum), false);
+}
+
+/* Fills the ring by a fan around x. */
+SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, springls__cell_work *work)
+{
+    const int v = springls__add_inner_vertex(n, x, work);
+    int k;
+    for (k = 0; k < n; k++)
+        springls__add_triangle(work, springls__ring_vertex(work, k), springls__ring_vertex(work, k + 1 < n ? k + 1 : 0), v);
+}
+
+/* ---- creases: chords and apexes ---- */
+
+/* Returns what it costs to join corners p and q of two faces as ends of one crease: little where the sides are the same. */
+SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, const springls__cycle_corner *q)
+{
+    if (p->faces & q->faces) return 9.0f;
+    return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));
+}
+
+/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
+   or -1. Returns how many have none. */
+SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
+{
+    const float alone = 0.3f;
+    const int row = SPRINGLS__RING + 1;
+    int width, i, j, top = 0, lone = 0;
+    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
+    for (width = 1; width <= n; width++)
+        for (i = 0; i + width <= n; i++) {
+            const int end = i + width;
+            float best = work->cost[row * (i + 1) + end] + alone;
+            work->cut[row * i + end] = -1;
+            for (j = i + 1; j < end; j++) {
+                const springls__cycle_corner p = work->corner[work->sharp[i]], q = work->corner[work->sharp[j]];
+                const float cost = springls__chord_cost(&p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + end];
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + end] = j;
+            }
+            work->cost[row * i + end] = best;
+        }
+    for (i = 0; i < n; i++) work->mate[work->sharp[i]] = -1;
+    work->stack[top++] = 0;
+    work->stack[top++] = n;
+    while (top > 0) {
+        const int end = work->stack[--top];
+        i = work->stack[--top];
+        if (i >= end) continue;
+        j = work->cut[row * i + end];
+        lone += j < 0;
+        if (j >= 0) {
+            work->mate[work->sharp[i]] = work->sharp[j];
+            work->mate[work->sharp[j]] = work->sharp[i];
+        }
+        work->stack[top++] = i + 1;
+        work->stack[top++] = j < 0 ? end : j;
+        if (j < 0) continue;
+        work->stack[top++] = j + 1;
+        work->stack[top++] = end;
+    }
+    return lone;
+}
+
+/* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */
+SPRINGLS__MATHS int springls__pair_last(int n, springls__cell_work *work)
+{
+    int i, first = -1, last = -1;
+    for (i = 0; i < n; i++) {
+        if (work->mate[work->sharp[i]] >= 0) continue;
+        if (first < 0) first = i;
+        last = i;
+    }
+    if (work->corner[work->sharp[first]].faces & work->corner[work->sharp[last]].faces) return 2;
+    for (i = first + 1; i < last; i++) {
+        const int mate = work->mate[work->sharp[i]];
+        if (mate < work->sharp[first] || mate > work->sharp[last]) return 2;
+    }
+    work->mate[work->sharp[first]] = work->sharp[last];
+    work->mate[work->sharp[last]] = work->sharp[first];
+    return 0;
+}
+
+/* Cuts the ring between corners a and b along their chord: two more nodes of rings. */
+SPRINGLS__MATHS void springls__cut_ring(int a, int b, springls__cell_work *work)
+{
+    const int again_a = work->ring_nodes, again_b = again_a + 1;
+    if (work->ring_next[a] == b || work->ring_next[b] == a) return;
+    work->ring_corner[again_a] = work->ring_corner[a];
+    work->ring_corner[again_b] = work->ring_corner[b];
+    work->ring_next[again_a] = work->ring_next[a];
+    work->ring_next[again_b] = work->ring_next[b];
+    work->ring_next[a] = again_b;
+    work->ring_next[b] = again_a;
+    work->ring_seen[again_a] = work->ring_seen[again_b] = 0;
+    work->ring_nodes += 2;
+}
+
+/* Collects the ring that a node is in. Returns its length. */
+SPRINGLS__MATHS int springls__collect_ring(int node, springls__cell_work *work)
+{
+    int n = 0, k = node;
+    do {
+        work->ring[n++] = work->ring_corner[k];
+        work->ring_seen[k] = 1;
+        k = work->ring_next[k];
+    } while (k != node);
+    return n;
+}
+
+SPRINGLS__INNER bool springls__is_spoke(const springls__cell_work *work, int corner)
+{
+    return work->corner[corner].sharp && work->mate[corner] < 0;
+}
+
+/* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */
+SPRINGLS__MATHS void springls__fill_sectors(int n, springls__cell_work *work)
+{
+    springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
+    const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);
+    int first, k, c, length;
+    corner->vertex = apex;
+    corner->faces = corner->sharp = 0;
+    corner->before = corner->after = springls__zero3();
+    for (k = 0; k < n; k++) work->whole_ring[k] = work->ring[k];
+    for (first = 0; first < n; first++) {
+        if (!springls__is_spoke(work, work->whole_ring[first])) continue;
+        work->ring[0] = SPRINGLS__CELL_CORNERS;
+        length = 1;
+        k = first;
+        do {
+            work->ring[length++] = work->whole_ring[k];
+            k = k + 1 < n ? k + 1 : 0;
+        } while (!springls__is_spoke(work, work->whole_ring[k]));
+        work->ring[length++] = work->whole_ring[k];
+        if (springls__triangulate(length, work)) continue;
+        for (c = 1; c + 1 < length; c++)
+            springls__add_triangle(work, apex, springls__ring_vertex(work, c), springls__ring_vertex(work, c + 1));
+    }
+}
+
+/* Fills the cycle of corners [first, end). */
+SPRINGLS__MATHS void springls__fill_cycle(int first, int end, springls__cell_work *work)
+{
+    int k, n = 0, lone = 0;
+    work->ring_nodes = end;
+    for (k = first; k < end; k++) {
+        work->ring_corner[k] = k;
+        work->ring_next[k] = k + 1 < end ? k + 1 : first;
+        work->ring_seen[k] = 0;
+        work->mate[k] = -1;
+        if (work->corner[k].sharp && n < SPRINGLS__RING) work->sharp[n++] = k;
+    }
+    if (n >= 2 && end - first <= SPRINGLS__RING) {
+        lone = springls__pair_corners(n, work);
+        if (lone == 2) lone = springls__pair_last(n, work);
+        for (k = 0; k < n; k++)
+            if (work->mate[work->sharp[k]] > work->sharp[k]) springls__cut_ring(work->sharp[k], work->mate[work->sharp[k]], work);
+    }
+    for (k = first; k < work->ring_nodes; k++) {
+        int length, c, spokes = 0;
+        if (work->ring_seen[k]) continue;
+        length = springls__collect_ring(k, work);
+        for (c = 0; c < length; c++) spokes += springls__is_spoke(work, work->ring[c]);
+        if (lone >= 3 && spokes >= 3) springls__fill_sectors(length, work);
+        else if (!springls__triangulate(length, work)) springls__add_fan(length, springls__ring_apex(length, work), work);
+    }
+}
+
+/* ---- triangles that cross ---- */
+
+/* Returns six times the volume of a tetrahedron, exactly. */
+SPRINGLS__MATHS int64_t springls__place_volume(const springls__cell_work *work, int a, int b, int c, int d)
+{
+    const int *o = work->vertex[a].place;
+    int64_t x[3], y[3], z[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        x[k] = work->vertex[b].place[k] - o[k];
+        y[k] = work->vertex[c].place[k] - o[k];
+        z[k] = work->vertex[d].place[k] - o[k];
+    }
+    return x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+}
+
+/* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */
+SPRINGLS__MATHS bool springls__pierces(const springls__cell_work *work, int p, int q, const int *t)
+{
+    const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);
+    int64_t u, v, w;
+    if (!springls__opposite(s, e) || (s == 0 && e == 0)) return false;
+    u = springls__place_volume(work, p, q, t[0], t[1]);
+    v = springls__place_volume(work, p, q, t[1], t[2]);
+    w = springls__place_volume(work, p, q, t[2], t[0]);
+    return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+}
+
+/* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */
+SPRINGLS__MATHS bool springls__is_folded(const springls__cell_work *work, int p, int q, int a, int b)
+{
+    const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));
+    springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);
+    u = springls__mad(u, side, -springls__dot(u, side));
+    v = springls__mad(v, side, -springls__dot(v, side));
+    return springls__dot(u, v) > 0.99999f * springls__length(u) * springls__length(v);
+}
+
+/* Returns whether two triangles of a cell meet but in the corners that they share. */
+SPRINGLS__MATHS bool springls__triangles_meet(const springls__cell_work *work, const int *s,
+                                              const int *t)
+{
+    int at_s[3], at_t[3], shared = 0, i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++)
+            if (s[i] == t[j] && shared < 3) {
+                at_s[shared] = i;
+                at_t[shared++] = j;
+            }
+    if (shared == 3) return true;
+    if (shared == 2) return springls__is_folded(work, s[at_s[0]], s[at_s[1]], s[3 - at_s[0] - at_s[1]], t[3 - at_t[0] - at_t[1]]);
+    for (i = 0; i < 3; i++) {
+        const int next = i < 2 ? i + 1 : 0; /* with a corner shared, the side across from it alone */
+        if ((shared == 0 || (i != at_s[0] && next != at_s[0])) && springls__pierces(work, s[i], s[next], t)) return true;
+        if ((shared == 0 || (i != at_t[0] && next != at_t[0])) && springls__pierces(work, t[i], t[next], s)) return true;
+    }
+    return false;
+}
+
+SPRINGLS__MATHS bool springls__any_meet(const springls__cell_work *work)
+{
+    int i, j;
+    for (i = 0; i < work->triangles; i++)
+        for (j = i + 1; j < work->triangles; j++)
+            if (springls__triangles_meet(work, work->triangle + 3 * i, work->triangle + 3 * j)) return true;
+    return false;
+}
+
+/* ---- the cell ---- */
+
+/* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */
+SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
+{
+    const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);
+    int cycle, k, begin = 0;
+    work->vertices = work->own_vertices;
+    work->triangles = 0;
+    for (cycle = 0; cycle < work->cycles; cycle++) {
+        const int n = work->cycle_end[cycle] - begin;
+        springls__v3 x;
+        for (k = 0; k < n; k++) work->ring[k] = begin + k;
+        x = way == 0 ? springls__ring_apex(n, work) : springls__ring_middle(n, work);
+        if (way == 2) x = springls__lerp(x, springls__add(o, springls__v3_make(0.5f, 0.5f, 0.5f)), 0.02f);
+        springls__add_fan(n, springls__snapped3(x), work);
+        begin = work->cycle_end[cycle];
+    }
+}
+
+/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                         const int of_node[3], springls__cell_work *work)
+{
+    int cycle, way, k, begin = 0;
+    bool plain;
+    springls__list_links(contour, brick, of_node, work);
+    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
+    springls__find_cycles(contour, contour->first_corner, work);
+    plain = work->cycles == 1;
+    for (cycle = 0; cycle < work->cycles; cycle++) {
+        springls__fill_cycle(begin, work->cycle_end[cycle], work);
+        for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;
+        begin = work->cycle_end[cycle];
+    }
+    if (plain || !springls__any_meet(work)) return true;
+    for (way = 0; way < 3; way++) {
+        springls__fill_by_fans(way, work);
+        if (!springls__any_meet(work)) return true;
+    }
+    return false;
+}
+
+/* Counts the arcs on the faces of each cell of brick b. Returns their sum. */
+SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    int k, axis, sum = 0, at[3];
+    for (k = 0; k < 512; k++) work->sides[k] = 0;
+    for (axis = 0; axis < 3; axis++) {
+        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
+        const bool some = brick->begin[SPRINGLS__OF_ARCS][64 * axis] != brick->begin[SPRINGLS__OF_ARCS][64 * axis + 64];
+        for (k = 0; k < 512 && some; k++) { /* each is a side of two cells */
+            const int arcs = brick->arcs[512 * axis + k];
+            if (arcs == 0) continue;
+            springls__node_of_brick(k, at);
+            work->sides[k] += (uint8_t)arcs;
+            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
+        }
+        for (k = 0; k < 64 && next >= 0; k++)
+            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
+    }
+    for (k = 0; k < 512; k++) sum += work->sides[k];
+    return sum;
+}
+
+/* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which
+   triangles cross. */
+SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, springls__cell_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int node, k;
+    brick->triangles = brick->inner = 0;
+    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
+    if (springls__count_links(contour, b, work) == 0) return;
+    for (node = 0; node < 512; node++) {
+        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
+        int of_node[3];
+        if (work->sides[node] == 0) continue;
+        springls__node_of_brick(node, of_node);
+        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
+        if (!springls__fill_cell(contour, brick, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        for (k = work->own_vertices; k < work->vertices; k++) {
+            springls__crossing v;
+            v.x = work->vertex[k].x;
+            v.n = work->vertex[k].n;
+            v.side = 0;
+            v.springl = -1;
+            work->vertex[k].id = contour->first_inner + brick->first_inner + brick->inner;
+            contour->inner[brick->first_inner + brick->inner++] = v;
+        }
+        for (k = 0; k < 3 * work->triangles; k++) corners[k] = work->vertex[work->triangle[k]].id;
+        brick->triangles += work->triangles;
+    }
+}
+
+/* ======== >>surface_table  (src/stages/surface_table.h) ======================================================== */
+/* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
+   faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
+   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
+
+typedef enum springls__surface_kernel {
+    SPRINGLS__SURFACE_SORT_HITS,
+    SPRINGLS__SURFACE_WEIGH_HITS,
+    SPRINGLS__SURFACE_FIND_SIDES,
+    SPRINGLS__SURFACE_COUNT_CROSSINGS,
+    SPRINGLS__SURFACE_FIND_CROSSINGS,
+    SPRINGLS__SURFACE_COUNT_ARCS,
+    SPRINGLS__SURFACE_FIND_ARCS,
+    SPRINGLS__SURFACE_COUNT_LINKS,
+    SPRINGLS__SURFACE_FIND_PATCHES
+} springls__surface_kernel;
+
+/* The table while it is made. */
+typedef struct springls__surface_job {
+    springls_context *ctx;
+    springls__contour contour;
+    springls__surfel *surfel;
+    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
+    int *first_found;
+    springls__surface_kernel kernel;
+    int bricks;
+    size_t table_size;
+} springls__surface_job;
+
+/* Working memory of one lane. */
+typedef union springls__surface_work {
+    springls__trims trims;
+    springls__line_work line;
+    springls__face_work face;
+    springls__cell_work cell;
+} springls__surface_work;
+
+SPRINGLS__FN springls_status springls__reserve_table(springls_context *ctx, int buffer, size_t count, size_t element)
+{
+    return springls__buffer_grow(ctx, &ctx->surface_memory[buffer], count + 1, element, 0);
+}
+
+/* ---- kernels ---- */
+
+SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, float *memory)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    const springls__contour *contour = &job->contour;
+    springls__surface_work *work = (springls__surface_work *)(void *)memory;
+    for (; begin < end; begin++) {
+        if (contour->brick[begin].ready) continue;
+        switch (job->kernel) {
+        case SPRINGLS__SURFACE_SORT_HITS: springls__sort_hits(contour, begin); break;
+        case SPRINGLS__SURFACE_WEIGH_HITS: springls__weigh_hits(contour, begin, &work->line); break;
+        case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
+        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
+        case SPRINGLS__SURFACE_FIND_PATCHES: springls__find_patches(contour, begin, &work->cell); break;
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel)
+{
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
+    job->kernel = kernel;
+    springls__do_work(job->ctx, springls__surface_brick_task, job, floats, 0, job->bricks, 1);
+    return SPRINGLS_OK;
+}
+
+/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
+SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end && begin < model->grid.active_count; begin++)
+        springls__find_creased(model, job->surfel, model->grid.active[begin]);
+    for (; begin < end; begin++) {
+        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
+        job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
+    }
+}
+
+/* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
+
+/* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
+SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
+{
+    const size_t size = job->table_size;
+    int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    size_t slot = springls__hash3((uint32_t)(place[0] + 1), (uint32_t)(place[1] + 1), (uint32_t)(place[2] + 1)) & (size - 1);
+    for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+        const int *other = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)table[slot];
+        if (other[0] == place[0] && other[1] == place[1] && other[2] == place[2]) break;
+    }
+    return table + slot;
+}
+
+/* Finds the place of the d-th brick around another. */
+SPRINGLS__FN void springls__place_around(const int center[3], int d, int place[3])
+{
+    place[0] = center[0] + d % 3 - 1;
+    place[1] = center[1] + d / 3 % 3 - 1;
+    place[2] = center[2] + d / 9 - 1;
+}
+
+/* Makes the bricks of the table, without contents. */
+SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    const size_t most = 27 * (size_t)g->active_count, size = springls__table_size(most);
+    int i, d, k, place[3], center[3], *places, *table;
+    size_t slot;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
+    table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    job->table_size = size;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < g->active_count; i++) {
+        springls__brick_place(g, g->slot_brick[g->active[i]], center);
+        for (d = 0; d < 27; d++) {
+            int *at;
+            springls__place_around(center, d, place);
+            at = springls__surface_slot(job, place);
+            if (*at >= 0) continue;
+            *at = job->bricks;
+            memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
+        }
+    }
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
+    job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    for (i = 0; i < job->bricks; i++)
+        for (d = 14; d < 27; d++) job->contour.brick[i].around[d] = -1;
+    for (i = 0; i < job->bricks; i++) {
+        springls__surface_brick *brick = job->contour.brick + i;
+        int last[3];
+        for (k = 0; k < 3; k++) {
+            brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
+            last[k] = brick->origin[k] + SPRINGLS__BRICK - 1;
+        }
+        brick->slot = -1;
+        if (springls__grid_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+            && springls__grid_contains(g, last[0], last[1], last[2]))
+            brick->slot = springls__table_contains(g, last[0], last[1], last[2])
+                       && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
+                        ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
+        brick->ready = 0;
+        memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
+        memset(brick->beside_hits, 0, sizeof brick->beside_hits);
+        memset(brick->plain, 0, sizeof brick->plain);
+        brick->around[13] = i;
+        for (d = 0; d < 13; d++) { /* the others are found from there */
+            int other;
+            springls__place_around(places + 3 * (size_t)i, d, place);
+            other = *springls__surface_slot(job, place);
+            brick->around[d] = other;
+            if (other >= 0) job->contour.brick[other].around[26 - d] = i;
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- hits ---- */
+
+/* Makes the surfels of springls. */
+SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    int place[3], k;
+    for (; begin < end; begin++) {
+        springls__surfel *surfel = job->surfel + begin;
+        surfel->p = model->set.s[begin].p;
+        surfel->n = springls__springl_normal(model->set.s[begin]);
+        springls__voxel_of_place(&model->grid, surfel->p, place);
+        for (k = 0; k < 3; k++) place[k] >>= 3;
+        surfel->home = *springls__surface_slot(job, place);
+    }
+}
+
+SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__trims trims;
+    for (; begin < end; begin++)
+        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
+}
+
+/* Finds the hits of springls, and where those of the next one begin at most. */
+SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    springls__surface_work *work = (springls__surface_work *)(void *)memory;
+    for (; begin < end; begin++) {
+        springls__row_hit *found = job->found + job->first_found[begin];
+        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
+        if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
+    }
+}
+
+/* Fails when a count does not fit an int. */
+SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64_t count)
+{
+    return count > INT32_MAX / 8 ? springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles") : SPRINGLS_OK;
+}
+
+/* Returns how many crossings or arcs a row has. */
+SPRINGLS__FN int springls__count_of_row(const springls__surface_brick *brick, int of, int row)
+{
+    const uint8_t *count = (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row;
+    int k, sum = 0;
+    for (k = 0; k < 8; k++) sum += count[k];
+    return sum;
+}
+
+/* Finds where the contents of all rows begin, and makes room for them in a buffer; begin: how many hits each row has. total: their sum. */
+SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, int of, int buffer, size_t element, int *total)
+{
+    int64_t sum = 0;
+    int b, row;
+    for (b = 0; b < job->bricks; b++) {
+        int *begin = job->contour.brick[b].begin[of];
+        for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) {
+            const int count = of == SPRINGLS__OF_HITS ? begin[row] : springls__count_of_row(job->contour.brick + b, of, row);
+            begin[row] = (int)sum;
+            sum += count;
+        }
+        begin[SPRINGLS__TABLE_ROWS] = (int)sum;
+        SPRINGLS__TRY(springls__surface_fits(job->ctx, sum));
+    }
+    *total = (int)sum;
+    return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
+}
+
+/* Finds the hits of all springls, each at once. */
+SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const int count = ctx->model.set.count;
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    int64_t sum = 0;
+    int i;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
+    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
+    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
+    for (i = 0; i < count; i++) {
+        const int hits = job->first_found[i];
+        job->first_found[i] = (int)sum;
+        sum += hits;
+        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
+    }
+    job->first_found[count] = (int)sum;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
+    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
+    return SPRINGLS_OK;
+}
+
+/* Returns the k-th hit that a springl has found, NULL at the end. */
+SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
+{
+    const springls__row_hit *hit = job->found + job->first_found[i] + k;
+    return job->first_found[i] + k < job->first_found[i + 1] && hit->row >= 0 ? hit : NULL;
+}
+
+/* Notes which bricks have no hits around them. */
+SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
+{
+    int b, k;
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
+        brick->quiet = 1;
+        for (k = 0; k < 27; k++) {
+            const springls__surface_brick *other = job->contour.brick + brick->around[k];
+            if (brick->around[k] >= 0 && other->begin[SPRINGLS__OF_HITS][0] != other->begin[SPRINGLS__OF_HITS][SPRINGLS__TABLE_ROWS])
+                brick->quiet = 0;
+        }
+    }
+}
+
+/* Puts the hits of all springls into rows. */
+SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const springls__row_hit *hit;
+    int i, b, k, hits;
+    SPRINGLS__TRY(springls__springls_hits(job));
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
+            job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
+    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
+    springls__find_quiet_bricks(job);
+    for (b = 0; b < job->bricks; b++) { /* begin[row + 1]: where the next hit goes */
+        int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
+        memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
+    }
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
+    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
+}
+
+/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
+SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+{
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
+                                       &job->contour.first_corner));
+    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
+}
+
+/* Finds all arcs. */
+SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+{
+    int arcs;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
+    job->contour.first_inner = job->contour.first_corner + 2 * arcs;
+    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
+}
+
+/* Makes room for triangles, and for vertices in cells. */
+SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    int64_t sum = 0;
+    int b;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
+    for (b = 0; b < job->bricks; b++) {
+        job->contour.brick[b].first_triangle = 6 * (int)sum;
+        job->contour.brick[b].first_inner = 3 * (int)sum;
+        sum += job->contour.brick[b].links;
+        SPRINGLS__TRY(springls__surface_fits(ctx, 6 * sum));
+    }
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_TRIANGLE, 18 * (size_t)sum, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_INNER, 3 * (size_t)sum, sizeof(springls__crossing)));
+    job->contour.corners = (int *)ctx->surface_memory[SPRINGLS__SURFACE_TRIANGLE].data;
+    job->contour.inner = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_INNER].data;
+    return SPRINGLS_OK;
+}
+
+/* ---- cells whose triangles cross ---- */
+
+/* The nearest two crossings of one edge that have been found, and where the row of the edge is. */
+typedef struct springls__near_pair { float gap; int brick, row, edge, crossing; } springls__near_pair;
+
+/* Looks for a nearer pair on an edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
+SPRINGLS__FN springls__near_pair springls__nearer_pair(const springls__surface_job *job, const springls__surface_brick *brick,
+                                                       const int at[3], int axis, springls__near_pair best)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    const springls__owned owned = springls__crossings_of_edge(&job->contour, brick, at, axis);
+    int k, node;
+    for (k = owned.first; k + 1 < owned.first + owned.count; k++) {
+        const springls__crossing *pair = job->contour.crossing + k;
+        const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
+        if (gap >= best.gap) continue;
+        best.gap = gap;
+        best.crossing = k;
+        best.brick = springls__table_node(brick, at, &node);
+        best.row = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7);
+        best.edge = 8 * best.row + (at[axis] & 7);
+    }
+    return best;
+}
+
+/* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
+SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int cell)
+{
+    springls__near_pair best = { FLT_MAX, -1, 0, 0, 0 };
+    springls__surface_brick *owner;
+    springls__crossing *crossing = job->contour.crossing;
+    int axis, side, end, at[3];
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 4; side++) {
+            springls__node_of_brick(cell, at);
+            at[springls__axis_after(axis)] += side & 1;
+            at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
+            best = springls__nearer_pair(job, brick, at, axis, best);
+        }
+    if (best.brick < 0) return false;
+    owner = job->contour.brick + best.brick;
+    end = owner->begin[SPRINGLS__OF_CROSSINGS][best.row] + springls__count_of_row(owner, SPRINGLS__OF_CROSSINGS, best.row);
+    memmove(crossing + best.crossing, crossing + best.crossing + 2, (size_t)(end - best.crossing - 2) * sizeof *crossing);
+    owner->crossings[best.edge] = (uint8_t)(owner->crossings[best.edge] - 2);
+    return true;
+}
+
+/* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
+   Returns whether there is anything to do again. */
+SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
+{
+    bool some = false;
+    int b, node, d;
+    for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
+        for (node = 0; node < 512; node++) {
+            if (!springls__bit_of(brick->conflict, node)) continue;
+            if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
+            brick->plain[node] = 1;
+            some = true;
+            for (d = 0; d < 27; d++)
+                if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+        }
+    }
+    return some;
+}
+
+/* Finds all triangles. */
+SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *job)
+{
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
+    while (springls__simplify_cells(job)) {
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the mesh ---- */
+
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else
+   NULL. */
+typedef struct springls__raw_mesh {
+    springls__v3 *positions, *normals;
+    int *springls, *triangles, vertex_count, triangle_count;
+} springls__raw_mesh;
+
+/* Returns a vertex by its number in the table. */
+SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface_job *job, int number)
+{
+    const springls__contour *contour = &job->contour;
+    springls__crossing v;
+    const springls__arc *arc;
+    int k;
+    if (number < contour->first_corner) return contour->crossing[number];
+    if (number >= contour->first_inner) return contour->inner[number - contour->first_inner];
+    arc = contour->arc + (number - contour->first_corner) / 2;
+    k = (number - contour->first_corner) % 2;
+    v.x = arc->corner[k];
+    v.n = springls__add(k == 0 ? contour->crossing[arc->from].n : arc->rim,
+                        k == arc->corners - 1 ? contour->crossing[arc->to].n : arc->rim);
+    v.side = 0;
+    v.springl = contour->crossing[k == 0 ? arc->from : arc->to].springl;
+    return v;
+}
+
+/* Finds the arrays of the mesh that is kept. */
+SPRINGLS__FN void springls__use_surface_mesh(const springls_context *ctx, springls__raw_mesh *mesh)
+{
+    mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
+    mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
+    mesh->springls = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_SPRINGL].data;
+    mesh->triangles = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_CORNER].data;
+}
+
+/* Gathers the triangles of all bricks, and the vertices that they use in the order of their numbers. */
+SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job, springls__raw_mesh *mesh)
+{
+    springls_context *ctx = job->ctx;
+    const springls__surface_brick *last = job->contour.brick + job->bricks - 1;
+    const int numbers = job->contour.first_inner + last->first_inner + 3 * last->links;
+    int *rank, b, k, at = 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, (size_t)numbers, sizeof(int)));
+    rank = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    memset(rank, 0, (size_t)numbers * sizeof *rank);
+    for (b = 0; b < job->bricks; b++) {
+        const springls__surface_brick *brick = job->contour.brick + b;
+        for (k = 0; k < 3 * brick->triangles; k++) rank[job->contour.corners[3 * (size_t)brick->first_triangle + (size_t)k]] = 1;
+        mesh->triangle_count += brick->triangles;
+    }
+    for (k = 0; k < numbers; k++) rank[k] = rank[k] ? ++mesh->vertex_count : 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_POSITION, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_NORMAL, (size_t)mesh->vertex_count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_SPRINGL, (size_t)mesh->vertex_count, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_CORNER, 3 * (size_t)mesh->triangle_count, sizeof(int)));
+    springls__use_surface_mesh(ctx, mesh);
+    for (k = 0; k < numbers; k++) {
+        springls__crossing v;
+        if (rank[k] == 0) continue;
+        v = springls__surface_vertex(job, k);
+        mesh->positions[rank[k] - 1] = v.x;
+        mesh->normals[rank[k] - 1] = v.n;
+        mesh->springls[rank[k] - 1] = v.springl;
+    }
+    for (b = 0; b < job->bricks; b++) {
+        const springls__surface_brick *brick = job->contour.brick + b;
+        const int *corner = job->contour.corners + 3 * (size_t)brick->first_triangle;
+        for (k = 0; k < 3 * brick->triangles; k++) mesh->triangles[at++] = rank[corner[k]] - 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Adds the areas of triangles to the normals of vertices that have none, as where a change of side is all that is known. */
+SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
+{
+    int t, k;
+    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int *corner = mesh->triangles + 3 * (size_t)t;
+        springls__tri tri;
+        springls__v3 area;
+        tri.a = mesh->positions[corner[0]];
+        tri.b = mesh->positions[corner[1]];
+        tri.c = mesh->positions[corner[2]];
+        area = springls__scale(springls__tri_area2(tri), 1e-4f); /* beside a unit normal it is nothing */
+        for (k = 0; k < 3; k++)
+            if (springls__length2(mesh->normals[corner[k]]) < 0.5f) mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
+    }
+    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+}
+
+/* Makes the mesh of what springls hold. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    const int count = ctx->model.set.count;
+    springls__surface_job job;
+    memset(mesh, 0, sizeof *mesh);
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    ctx->surface_bricks = 0;
+    if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__surface_bricks(&job));
+    ctx->surface_bricks = job.bricks;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
+    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
+    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
+    SPRINGLS__TRY(springls__surface_hits(&job));
+    SPRINGLS__TRY(springls__surface_crossings(&job));
+    SPRINGLS__TRY(springls__surface_arcs(&job));
+    SPRINGLS__TRY(springls__reserve_triangles(&job));
+    SPRINGLS__TRY(springls__surface_triangles(&job));
+    SPRINGLS__TRY(springls__surface_gather(&job, mesh));
+    springls__surface_normals(mesh);
+    return SPRINGLS_OK;
+}
+
+/* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
+{
+    springls__raw_mesh made;
+    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
+    ctx->surface_version = 0;
+    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
+    ctx->surface_vertices = made.vertex_count;
+    ctx->surface_triangles = made.triangle_count;
+    ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+/* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    springls__raw_mesh kept;
+    size_t vertices, corners;
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    memset(mesh, 0, sizeof *mesh);
+    vertices = (size_t)ctx->surface_vertices;
+    corners = 3 * (size_t)ctx->surface_triangles;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__use_surface_mesh(ctx, &kept);
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->normals = springls__vertex_gradient(&ctx->model);
+    mesh->springls = springls__vertex_springl(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    mesh->vertex_count = ctx->surface_vertices;
+    mesh->triangle_count = ctx->surface_triangles;
+    if (vertices == 0) return SPRINGLS_OK;
+    memcpy(mesh->positions, kept.positions, vertices * sizeof *mesh->positions);
+    memcpy(mesh->normals, kept.normals, vertices * sizeof *mesh->normals);
+    memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
+    memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
+    return SPRINGLS_OK;
+}
+
+/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
+SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
+{
+    const springls__model *model = (const springls__model *)arg;
+    for (; begin < end; begin++) {
+        const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
+        int *springl = springls__vertex_springl(model) + begin;
+        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
+    }
+}
+
+/* ======== >>surface_parts  (src/stages/surface_parts.h) ======================================================== */
+/* surface_parts.h - the connected parts of the mesh of what springls hold (surface_table.h), and how they lie in each other. A part bounds
+   a component: the inside beside it where it faces outwards, a body, else the outside in it, a cavity. Lines of the grid show
+   which lies in which:
+
+        outside |  body A   | cavity B | A again |  outside        Along a line crossings lead from component to component: one of
+     -----------A-----------B----------B---------A---------->      the part that has been entered last leads out of it, any other
+                                                                   into its own. So what encloses a part is known, exactly. */
+
+/* A connected part of the mesh. outer: the part whose component is on its other side, -1: the exterior. */
+typedef struct springls__surface_part {
+    springls__surface_sums sums;
+    int32_t outer, vertices;
+    bool cavity, met;
+} springls__surface_part;
+
+/* Returns true where components are those of the mesh of what springls hold. */
+SPRINGLS__FN bool springls__contours_springls(const springls_context *ctx)
+{
+    return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS;
+}
+
+SPRINGLS__FN int32_t *springls__part_of_vertices(const springls_context *ctx)
+{
+    return (int32_t *)ctx->surface_memory[SPRINGLS__SURFACE_VERTEX_PART].data;
+}
+
+SPRINGLS__FN springls__surface_part *springls__surface_parts(const springls_context *ctx)
+{
+    return (springls__surface_part *)ctx->surface_memory[SPRINGLS__SURFACE_PARTS].data;
+}
+
+/* Returns the body and the cavity on the two sides of a part, by their parts; -1: there is none. */
+SPRINGLS__FN int32_t springls__body_of_part(const springls__surface_part *parts, int32_t p)
+{
+    return parts[p].cavity ? parts[p].outer : p;
+}
+
+SPRINGLS__FN int32_t springls__cavity_of_part(const springls__surface_part *parts, int32_t p)
+{
+    return parts[p].cavity ? p : parts[p].outer;
+}
+
+/* Numbers the parts in the order of their first vertices. Returns how many there are. */
+SPRINGLS__FN int springls__number_parts(const springls_context *ctx, const springls__raw_mesh *mesh)
+{
+    int32_t *part = springls__part_of_vertices(ctx);
+    int i, k, count = 0;
+    for (i = 0; i < ctx->surface_vertices; i++) part[i] = i;
+    for (i = 0; i < ctx->surface_triangles; i++)
+        for (k = 1; k < 3; k++) springls__join_trees(part, mesh->triangles[3 * (size_t)i], mesh->triangles[3 * (size_t)i + (size_t)k]);
+    for (i = 0; i < ctx->surface_vertices; i++) part[i] = springls__find_root(part, i);
+    for (i = 0; i < ctx->surface_vertices; i++) part[i] = part[i] == i ? ~count++ : part[part[i]]; /* roots come first */
+    for (i = 0; i < ctx->surface_vertices; i++) part[i] = ~part[i];
+    return count;
+}
+
+/* Measures the parts. */
+SPRINGLS__FN void springls__measure_parts(const springls_context *ctx, const springls__raw_mesh *mesh)
+{
+    springls__labels scale;
+    int t;
+    memset(&scale, 0, sizeof scale);
+    springls__area_to_world(ctx, scale.area_to_world);
+    for (t = 0; t < ctx->surface_triangles; t++) {
+        const int *corner = mesh->triangles + 3 * (size_t)t;
+        springls__surface_sums sums;
+        springls__tri tri;
+        tri.a = mesh->positions[corner[0]];
+        tri.b = mesh->positions[corner[1]];
+        tri.c = mesh->positions[corner[2]];
+        sums = springls__triangle_sums(&scale, tri);
+        springls__add_sums(&springls__surface_parts(ctx)[springls__part_of_vertices(ctx)[corner[0]]].sums, &sums, 1.0);
+    }
+}
+
+/* Follows one line through a brick: from component *at, -1: the exterior. */
+SPRINGLS__FN void springls__follow_line(const springls_context *ctx, const springls__surface_brick *brick, int row, int32_t *at)
+{
+    const springls__crossing *crossing = (const springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    const int *rank = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    const int first = brick->begin[SPRINGLS__OF_CROSSINGS][row];
+    const int end = first + springls__count_of_row(brick, SPRINGLS__OF_CROSSINGS, row);
+    int k;
+    for (k = first; k < end; k++) {
+        const int32_t p = springls__part_of_vertices(ctx)[rank[k] - 1];
+        springls__surface_part *part = springls__surface_parts(ctx) + p;
+        if (!part->met) {
+            part->met = true;
+            part->outer = *at;
+            part->cavity = crossing[k].side > 0;
+        }
+        *at = *at == p ? part->outer : p;
+    }
+}
+
+/* Returns where a brick is along an axis, behind the line of bricks that it is in, and its number. */
+SPRINGLS__FN uint64_t springls__brick_key(const springls__surface_brick *brick, int axis, int number)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    uint64_t key = (uint64_t)(brick->origin[c] / SPRINGLS__BRICK + 1);
+    key = key << 10 | (uint64_t)(brick->origin[b] / SPRINGLS__BRICK + 1);
+    key = key << 10 | (uint64_t)(brick->origin[axis] / SPRINGLS__BRICK + 1);
+    return key << 32 | (uint64_t)number;
+}
+
+/* Finds what lies in what, along all lines of an axis. key: room for one a brick. */
+SPRINGLS__FN void springls__follow_lines(const springls_context *ctx, int axis, uint64_t *key)
+{
+    const springls__surface_brick *bricks = (const springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    int32_t at[64];
+    int i, row;
+    for (i = 0; i < ctx->surface_bricks; i++) key[i] = springls__brick_key(&bricks[i], axis, i);
+    springls__sort_keys(key, (size_t)ctx->surface_bricks);
+    for (i = 0; i < ctx->surface_bricks; i++) {
+        const springls__surface_brick *brick = bricks + (key[i] & 0xffffffffu);
+        for (row = 0; row < 64; row++) {
+            if (i == 0 || key[i] >> 42 != key[i - 1] >> 42) at[row] = -1;
+            springls__follow_line(ctx, brick, 64 * axis + row, &at[row]);
+        }
+    }
+}
+
+/* Finds the parts of springls: those of the vertices at which they count most. Where these are of several parts it is the one with the
+   fewest vertices, so that a speck has springls, which keep its id. */
+SPRINGLS__FN void springls__find_springl_parts(const springls_context *ctx, const springls__raw_mesh *mesh)
+{
+    const int32_t *part = springls__part_of_vertices(ctx);
+    springls__surface_part *parts = springls__surface_parts(ctx);
+    int32_t *found = (int32_t *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGL_PART].data;
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) found[i] = -1;
+    for (i = 0; i < ctx->surface_vertices; i++) parts[part[i]].vertices++;
+    for (i = 0; i < ctx->surface_vertices; i++) {
+        int32_t *of_springl;
+        if (mesh->springls[i] < 0) continue;
+        of_springl = found + mesh->springls[i];
+        if (*of_springl < 0 || parts[part[i]].vertices < parts[*of_springl].vertices) *of_springl = part[i];
+    }
+}
+
+/* Finds the parts of the mesh, which is made where the model has changed. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__refresh_surface_parts(springls_context *ctx)
+{
+    const size_t springls = (size_t)ctx->model.set.count;
+    springls__raw_mesh mesh;
+    int axis, count;
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    if (ctx->parts_version == ctx->surface_version) return SPRINGLS_OK;
+    ctx->parts_version = 0;
+    springls__use_surface_mesh(ctx, &mesh);
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_VERTEX_PART, (size_t)ctx->surface_vertices, sizeof(int32_t)));
+    count = springls__number_parts(ctx, &mesh);
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_PARTS, (size_t)count, sizeof(springls__surface_part)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SPRINGL_PART, springls, sizeof(int32_t)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, (size_t)ctx->surface_bricks, sizeof(uint64_t)));
+    memset(springls__surface_parts(ctx), 0, (size_t)count * sizeof(springls__surface_part));
+    springls__measure_parts(ctx, &mesh);
+    for (axis = 0; axis < 3; axis++)
+        springls__follow_lines(ctx, axis, (uint64_t *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data);
+    springls__find_springl_parts(ctx, &mesh);
+    ctx->part_count = count;
+    ctx->parts_version = ctx->surface_version;
+    return SPRINGLS_OK;
+}
+
+/* ---- components ---- */
+
+/* Copies to the host what the mesh of springls is made of, and builds the cell list. */
+SPRINGLS__FN springls_status springls__surface_parts_to_host(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__use_host_calmly(ctx, false));
+    return springls__cell_list_build(ctx);
+}
+
+/* Finds and measures the components that parts bound: component i is that of part i. A body's volume is without its cavities, a
+   cavity's without the bodies in it. */
+SPRINGLS__FN void springls__measure_part_components(const springls_context *ctx, springls__current_component *item)
+{
+    const springls__surface_part *parts = springls__surface_parts(ctx);
+    int i;
+    memset(item, 0, (size_t)ctx->part_count * sizeof *item);
+    for (i = 0; i < ctx->part_count; i++) {
+        const int32_t outer = parts[i].outer;
+        item[i].cavity = parts[i].cavity;
+        item[i].deepest = i;
+        springls__add_sums(&item[i].surface, &parts[i].sums, parts[i].cavity ? -1.0 : 1.0);
+        if (outer >= 0) springls__add_sums(&item[outer].surface, &parts[i].sums, parts[outer].cavity ? -1.0 : 1.0);
+    }
+}
+
+/* Returns the part with vertices at which a springl counts most; -1: none. */
+SPRINGLS__FN int32_t springls__own_part(const springls_context *ctx, int i)
+{
+    return ((const int32_t *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGL_PART].data)[i];
+}
+
+/* Returns the part of a springl: its own, or that of the nearest one beside it that faces the same way; -1: none. */
+SPRINGLS__FN int32_t springls__part_of_springl(const springls_context *ctx, int i)
+{
+    const springls__springl *s = ctx->model.set.s;
+    const float radius = 2.5f; /* voxels */
+    const springls__v3 n = springls__springl_normal(s[i]);
+    springls__cell_walk walk;
+    float best = radius * radius;
+    int32_t found = springls__own_part(ctx, i);
+    int other;
+    if (found >= 0) return found;
+    walk = springls__cell_walk_near(&ctx->model, s[i].p, radius);
+    while ((other = springls__cell_walk_next(&ctx->model, &walk)) >= 0) {
+        const float d2 = springls__length2(springls__sub(s[other].p, s[i].p));
+        if (springls__own_part(ctx, other) < 0 || d2 >= best) continue;
+        if (springls__dot(n, springls__springl_normal(s[other])) <= 0.0f) continue;
+        best = d2;
+        found = springls__own_part(ctx, other);
+    }
+    return found;
+}
+
+/* Finds and measures the components of what springls hold. */
+SPRINGLS__FN springls_status springls__find_part_components(springls_context *ctx, springls__labels *l)
+{
+    SPRINGLS__TRY(springls__surface_parts_to_host(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_parts(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, current_components, ctx->part_count + 1));
+    memset(l, 0, sizeof *l);
+    l->item = springls__current_components(&ctx->model);
+    l->count = ctx->part_count;
+    springls__measure_part_components(ctx, l->item);
+    return SPRINGLS_OK;
+}
+
+/* The voxel that stands for the number of a component where voxels show none: a snapshot has a voxel for each (components.h). */
+SPRINGLS__FN void springls__voxel_of_number(const springls__grid *g, int number, int32_t voxel[3])
+{
+    voxel[0] = number % g->size[0];
+    voxel[1] = number / g->size[0] % g->size[1];
+    voxel[2] = springls__imin(number / g->size[0] / g->size[1], g->size[2] - 1);
+}
+
+SPRINGLS__FN int springls__number_of_voxel(const springls__grid *g, const int32_t voxel[3])
+{
+    return voxel[0] + g->size[0] * (voxel[1] + g->size[1] * voxel[2]);
+}
+
 /* ======== >>components  (src/stages/components.h) ============================================================== */
-/* components.h - gives the components of phi ids that last. Springls link them: each has the id of its previous component, and
-   votes for a link between that one and its current one. Links make events (events.h) and pass on the volumes that components
-   are to keep (volume_lock.h). */
+/* components.h - gives the components of phi, or of what springls hold (params.contouring), ids that last. Springls link them: each has
+   the id of its previous component, and votes for a link between that one and its current one. Links make events (events.h) and
+   pass on the volumes that components are to keep (volume_lock.h). */
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
     springls_component view;
     double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
-    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own; of a part of the mesh its number */
 } springls__component;
 
 /* The current components that a springl bounds, -1: none. */
@@ -17023,9 +20102,17 @@ typedef struct springls__place_job {
 SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
 {
     const springls__place_job *job = (const springls__place_job *)arg;
-    for (; begin < end; begin++)
-        springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p,
-                                &job->graph->place[begin].body, &job->graph->place[begin].cavity);
+    for (; begin < end; begin++) {
+        springls__bounded_components *place = &job->graph->place[begin];
+        if (springls__contours_springls(job->ctx)) {
+            const int32_t part = springls__part_of_springl(job->ctx, begin);
+            place->body = part < 0 ? -1 : springls__body_of_part(springls__surface_parts(job->ctx), part);
+            place->cavity = part < 0 ? -1 : springls__cavity_of_part(springls__surface_parts(job->ctx), part);
+        } else {
+            springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p, &place->body,
+                                    &place->cavity);
+        }
+    }
 }
 
 /* Collects the votes of springls, and counts those of every component: first the previous ones, then the current ones. Returns
@@ -17107,7 +20194,8 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     uint64_t *vote;
     int64_t *count;
     springls__place_job job;
-    SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__find_part_components(ctx, &graph->labels));
+    else SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
     graph->previous = springls__component_list(ctx);
     graph->previous_count = ctx->component_count;
     nodes = (size_t)graph->previous_count + (size_t)graph->labels.count;
@@ -17233,13 +20321,14 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
         const springls__current_component *item = &graph->labels.item[order[i] & 0xffffffffu];
         memset(&list[i], 0, sizeof *list);
         springls__write_component_view(ctx, item, &list[i].view);
-        springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
+        if (springls__contours_springls(ctx)) springls__voxel_of_number(&ctx->model.grid, item->deepest, list[i].deepest);
+        else springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
     }
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
     ctx->component_count = graph->labels.count;
     ctx->components_found = true;
-    ctx->components_version = ctx->phi_version;
+    ctx->components_version = springls__components_source(ctx);
 }
 
 /* ---- labels and ids ---- */
@@ -17254,20 +20343,29 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
     return springls__to_host(ctx, reads, writes);
 }
 
-/* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
+/* Finds the labels of components: parts of the mesh, or those of voxels, unless these are fresh. */
+SPRINGLS__FN springls_status springls__find_labels(springls_context *ctx, springls__labels *l)
+{
+    if (springls__contours_springls(ctx)) return springls__find_part_components(ctx, l);
+    if (ctx->labels_version != ctx->phi_version) return springls__label_voxels(ctx, l);
+    *l = springls__kept_labels(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds the labels, and the id of every one. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
     uint32_t *id;
     int i;
-    if (ctx->labels_version == ctx->phi_version) *l = springls__kept_labels(ctx);
-    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__find_labels(ctx, l));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
     id = (uint32_t *)ctx->label_id_memory.data;
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
-        if (label >= 0) id[label] = c->view.id;
+        int32_t label = springls__contours_springls(ctx) ? springls__number_of_voxel(&ctx->model.grid, c->deepest)
+                      : springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        if (label >= 0 && label < l->count) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
 }
@@ -18414,19 +21512,20 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 /* Returns true when components are followed, and are not those of the present phi. */
 SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 {
-    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != ctx->phi_version);
+    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != springls__components_source(ctx));
 }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. A body's volume is that of its marching cubes surface, as springls_measure computes it. Target volumes follow the links
-   of components: a split shares them out, a merger sums them up. The stage runs on the host, because it needs double precision,
-   which not every device has. */
+   normals. A body's volume is that of the watertight surface, as springls_measure computes it: marching cubes, or the mesh of what
+   springls hold (params.contouring), which is made anew after every offset. Target volumes follow the links of components: a split
+   shares them out, a merger sums them up. The stage runs on the host, because it needs double precision, which not every device has. */
 
 /* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; smallest spacings */
     int32_t node;           /* root of its tree among the links     */
+    uint32_t id;
     bool tiny;
 } springls__locked_component;
 
@@ -18447,24 +21546,47 @@ typedef struct springls__lock {
     double rate_of_area;              /* voxel^3 that an offset gains for an area of the world; 0: a uniform spacing, voxel^2 are that */
 } springls__lock;
 
+/* The body that most springls of something belong to (Boyer and Moore's vote): the one that leads so far, and by how many. */
+typedef struct springls__body_vote { int32_t body, lead; } springls__body_vote;
+
+SPRINGLS__FN void springls__vote_for_body(springls__body_vote *votes, int32_t body)
+{
+    if (body < 0) return;
+    if (votes->lead == 0) votes->body = body;
+    votes->lead += votes->body == body ? 1 : -1;
+}
+
+SPRINGLS__FN springls_status springls__clear_votes(springls_context *ctx, int count, springls__body_vote **votes)
+{
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_votes, count + 1));
+    *votes = springls__body_votes(&ctx->model);
+    for (i = 0; i < count; i++) {
+        (*votes)[i].body = -1;
+        (*votes)[i].lead = 0;
+    }
+    return SPRINGLS_OK;
+}
+
 /* ---- target volumes: previous and current components that are linked have one target together ---- */
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
     size_t current = (size_t)graph->labels.count, nodes = (size_t)graph->previous_count + current, i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, current + 1));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->lock_item_memory, current + 1, sizeof *lock->item, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->lock_node_memory, nodes + 1, sizeof *lock->node, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
-    lock->item = springls__locked_components(&ctx->model);
-    lock->node = springls__lock_nodes(&ctx->model);
+    lock->item = (springls__locked_component *)ctx->lock_item_memory.data;
+    lock->node = (springls__lock_node *)ctx->lock_node_memory.data;
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
     lock->rate_of_area = springls__is_uniform(ctx->model.grid.metric) ? 0.0
                        : (double)ctx->smallest_spacing / fabs(springls__determinant(ctx->window.to_world));
     memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
+    for (i = 0; i < current; i++) lock->item[i].id = graph->labels.item[i].id;
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
         if (i < (size_t)graph->previous_count) lock->node[i].target = graph->previous[i].target;
@@ -18515,10 +21637,9 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
     }
 }
 
-/* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
-SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
+/* Finds the body of phi of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
+SPRINGLS__FN void springls__label_bodies(const springls__grid *g, const springls__labels *l, springls__lock *lock)
 {
-    const springls__labels *l = &lock->graph.labels;
     int i, v, o[3], at[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -18528,6 +21649,26 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
                 = springls__grid_contains(g, at[0], at[1], at[2]) ? springls__body_of_voxel(g, l, at) : -1;
         }
     }
+}
+
+/* Finds the body of every voxel where bodies are those of what springls hold: the one of most springls about its body of phi. */
+SPRINGLS__FN springls_status springls__label_contoured_bodies(springls_context *ctx, springls__lock *lock)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__labels phi;
+    springls__body_vote *votes;
+    int32_t body, cavity;
+    int i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, &phi));
+    SPRINGLS__TRY(springls__clear_votes(ctx, phi.count, &votes));
+    springls__label_bodies(g, &phi, lock);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__components_at(g, &phi, ctx->model.set.s[i].p, &body, &cavity);
+        if (body >= 0) springls__vote_for_body(&votes[body], lock->graph.place[i].body);
+    }
+    for (i = 0; i < g->active_count * SPRINGLS__BRICK_VOXELS; i++)
+        if (lock->body[i] >= 0) lock->body[i] = votes[lock->body[i]].body;
+    return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
@@ -18606,13 +21747,34 @@ SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__la
     if (body >= 0 && body < l->count) springls__add_sums(&l->item[body].surface, &sums, 1.0);
 }
 
+/* Adds the parts of a new mesh to the bodies that most of their springls bounded. */
+SPRINGLS__FN springls_status springls__measure_parts_of_bodies(springls_context *ctx, springls__lock *lock)
+{
+    springls__body_vote *votes;
+    int i;
+    springls__constellation_moved(ctx);
+    SPRINGLS__TRY(springls__surface_parts_to_host(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_parts(ctx));
+    SPRINGLS__TRY(springls__clear_votes(ctx, ctx->part_count, &votes));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const int32_t part = springls__own_part(ctx, i);
+        if (part >= 0) springls__vote_for_body(&votes[part], lock->graph.place[i].body);
+    }
+    for (i = 0; i < ctx->part_count; i++)
+        if (votes[i].body >= 0)
+            springls__add_sums(&lock->graph.labels.item[votes[i].body].surface, &springls__surface_parts(ctx)[i].sums, 1.0);
+    return SPRINGLS_OK;
+}
+
 /* Measures the bodies, with the labels from before they moved. */
-SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
+SPRINGLS__FN springls_status springls__measure_bodies(springls_context *ctx, springls__lock *lock)
 {
     springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) memset(&l->item[i].surface, 0, sizeof l->item[i].surface);
-    springls__visit_triangles(g, l, springls__measure_body);
+    if (springls__contours_springls(ctx)) return springls__measure_parts_of_bodies(ctx, lock);
+    springls__visit_triangles(&ctx->model.grid, l, springls__measure_body);
+    return SPRINGLS_OK;
 }
 
 /* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
@@ -18645,11 +21807,12 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
     }
 }
 
-/* Chooses offsets by Newton's method. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
+/* Chooses offsets by Newton's method, where volumes are not within a share `close` of their targets. False when no component has to
+   move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock, double close)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
+    const double max_offset = 0.25; /* voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -18669,31 +21832,35 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a passage,
+/* Moves bodies until their volumes are right. *moved: whether any has moved. A voxel that changes sides may open or close a passage,
    and the volume jumps past its target: so only the first offsets, the large ones, may change sides. */
-SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
+SPRINGLS__FN springls_status springls__correct_volumes(springls_context *ctx, springls__lock *lock, bool *moved)
 {
-    const int iterations = 12, large = 2;
+    const bool contoured = springls__contours_springls(ctx); /* each iteration makes a mesh, whose volume may jump a little */
+    const int iterations = contoured ? 4 : 12, large = 2;
+    const double close = contoured ? 1e-6 : 1e-7;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
     job.lock = lock;
     ctx->stats.volume_correction = 0.0f;
-    if (!springls__choose_offsets(lock)) return false;
-    springls__label_bodies(&ctx->model.grid, lock);
+    *moved = springls__choose_offsets(lock, close);
+    if (!*moved) return SPRINGLS_OK;
+    if (contoured) SPRINGLS__TRY(springls__label_contoured_bodies(ctx, lock));
+    else springls__label_bodies(&ctx->model.grid, &lock->graph.labels, lock);
     lock->graph.labels.voxel = lock->body;
-    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock, close)); i++) {
         job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_bodies(&ctx->model.grid, lock);
+        SPRINGLS__TRY(springls__measure_bodies(ctx, lock));
     }
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
     for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
-    return true;
+    return SPRINGLS_OK;
 }
 
 /* Links components, and finds what volumes they are to have. */
@@ -18705,14 +21872,27 @@ SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
-/* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
+/* Returns the place among `count` bodies from before they moved of a current component: that of its deepest voxel or, of what springls
+   hold, of its id; -1: none. */
+SPRINGLS__FN int32_t springls__body_before(const springls_context *ctx, const springls__lock *lock, int count,
+                                           const springls__current_component *item)
+{
+    int i;
+    if (!springls__contours_springls(ctx)) return lock->body[item->deepest];
+    for (i = 0; i < count; i++)
+        if (lock->item[i].id == item->id) return i;
+    return -1;
+}
+
+/* Finds the components again, now that they have moved: each by as much as its body has. */
 SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
 {
     springls__labels *l = &lock->graph.labels;
+    const int count = l->count;
     int i;
     SPRINGLS__TRY(springls__identify_components(ctx, &lock->graph));
     for (i = 0; i < l->count; i++) {
-        int32_t body = lock->body[l->item[i].deepest];
+        const int32_t body = springls__body_before(ctx, lock, count, &l->item[i]);
         if (body >= 0) l->item[i].moved = lock->item[body].moved;
     }
     return springls__find_targets(ctx, lock);
@@ -18737,12 +21917,16 @@ SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springl
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
     springls__lock lock;
+    bool moved = false;
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__cell_list_cover(ctx)); /* a reader's mesh has these bricks, too */
     SPRINGLS__TRY(springls__identify_components(ctx, &lock.graph));
     SPRINGLS__TRY(springls__find_targets(ctx, &lock));
-    if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
+    if (ctx->volumes_locked) SPRINGLS__TRY(springls__correct_volumes(ctx, &lock, &moved));
+    if (moved) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
     SPRINGLS__TRY(springls__commit_components(ctx, &lock.graph));
     springls__lock_components(ctx, &lock);
+    if (springls__contours_springls(ctx) && ctx->particles_outside > 0) ctx->components_version = 0; /* they have left those bricks */
     return SPRINGLS_OK;
 }
 
@@ -18938,7 +22122,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
-    const bool found = ctx->components_version == ctx->phi_version;
+    const bool found = ctx->components_version == springls__components_source(ctx);
     if (!saved->in_use) return;
 #define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
     SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
@@ -18948,7 +22132,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->omega_fresh = false;
     springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
-    if (found && !springls__phi_lags(ctx)) ctx->components_version = ctx->phi_version; /* only bricks have come and gone */
+    if (found && !springls__phi_lags(ctx)) ctx->components_version = springls__components_source(ctx); /* only bricks have come and gone */
     saved->in_use = false;
 }
 
@@ -18980,13 +22164,28 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 /* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
 SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
 {
-    const bool found = ctx->components_version == ctx->phi_version;
+    const bool found = ctx->components_version == springls__components_source(ctx);
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->particles_outside == 0) return SPRINGLS_OK;
     if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
     SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    if (found) ctx->components_version = ctx->phi_version; /* new bricks are outside: components stay */
+    if (found) ctx->components_version = springls__components_source(ctx); /* new bricks are outside: components stay */
     return SPRINGLS_OK;
+}
+
+/* Finds the components of the present model. Those of what springls hold are found as a reader finds the mesh, also from springls outside
+   all active bricks. */
+SPRINGLS__FN springls_status springls__find_present_components(springls_context *ctx)
+{
+    const bool reading = ctx->saved.in_use;
+    springls_status status = SPRINGLS_OK;
+    if (springls__contours_springls(ctx)) {
+        SPRINGLS__TRY(springls__use_host_calmly(ctx, false));
+        status = springls__read_cell_list(ctx);
+    }
+    if (status == SPRINGLS_OK) status = springls__update_components(ctx);
+    if (!reading) springls__end_reading(ctx);
+    return status;
 }
 
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
@@ -19354,7 +22553,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
-    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components), \
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__find_present_components), \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
@@ -19373,7 +22572,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
 #define SPRINGLS__END_SUBSTEP                                                                \
     SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__update_components), \
+    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__find_present_components), \
     SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
@@ -19599,7 +22798,7 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
 SPRINGLS__FN springls_status springls__update_outdated_components(springls_context *ctx)
 {
     if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
+    return springls__report_device_failure(ctx, springls__find_present_components(ctx));
 }
 
 /* Finds the components where they are outdated, for a call that stores them or ends following them, and goes back to the level set as the
@@ -20097,6 +23296,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->id_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->lock_item_memory);
+    springls__buffer_free(ctx, &ctx->lock_node_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
@@ -20321,12 +23522,17 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
-    if (springls__differs_in_contouring(ctx, params)) {
+    if (springls__differs_in_contouring(ctx, params) && !springls__components_enabled(ctx)) {
         ctx->model.params.contouring = params->contouring;
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__settle_components(ctx));
+    if (params->contouring != ctx->model.params.contouring) ctx->components_version = 0; /* they are those of another surface */
+    if (springls__differs_in_contouring(ctx, params)) {
+        ctx->model.params.contouring = params->contouring;
+        return SPRINGLS_OK;
+    }
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
@@ -24702,2821 +27908,6 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__chunks_continue(ctx, chunks, NULL, changed, count);
 }
 
-/* ======== >>crossings:kernel  (kernels_embed/output/crossings.h) =============================================== */
-/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.
-
-   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel
-   center) the cheapest sequence of in and out explains the hits; the three lines vote. Edges: the same search between two nodes whose
-   sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.
-
-   The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.
-   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. Hits and crossings are stored by rows of eight edges
-   along their axis, arcs by rows of eight faces along x. */
-
-/* Lengths in voxels and costs, found by experiment. */
-#define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */
-#define SPRINGLS__LARGEST_HIT_RADIUS 2.5f
-#define SPRINGLS__HIT_SHARE 0.65f       /* of the squared radius: hits beyond it weigh less than .015, and are left out           */
-#define SPRINGLS__TRIM_RADIUS 1.6f
-#define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */
-#define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */
-#define SPRINGLS__CROSSING_COST 0.45f   /* of a change of side that begins a run of hits                                        */
-#define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */
-#define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */
-#define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */
-#define SPRINGLS__EDGE_MARGIN 0.15f     /* what hits beyond its ends an edge takes                                        */
-#define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */
-#define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)
-#define SPRINGLS__TRIM_GROUPS 6
-#define SPRINGLS__TRIMS 96
-#define SPRINGLS__LINE_HITS 256
-#define SPRINGLS__LINE_EVENTS (SPRINGLS__LINE_HITS + 16)
-#define SPRINGLS__EDGE_HITS 96
-#define SPRINGLS__EDGE_CROSSINGS 6
-
-/* A springl as a point with a normal. home: the brick of the table that it is in, -1: none; creased: 1 beside springls that cut it off. */
-typedef struct springls__surfel { springls__v3 p, n; int home, creased; } springls__surfel;
-
-/* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */
-typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;
-
-/* A hit on a row: that is 192 times its brick, and the row there. */
-typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
-
-/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
-   enters. springl: the one that counts most; -1: none. */
-typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;
-
-/* A piece of the surface's section with a face, from a crossing that enters to one that leaves, as seen against the axis, over up to two
-   corners; `rim` is the normal between two. */
-typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;
-
-/* What a brick has in rows. */
-#define SPRINGLS__OF_HITS 0
-#define SPRINGLS__OF_CROSSINGS 1
-#define SPRINGLS__OF_ARCS 2
-#define SPRINGLS__TABLE_ROWS 192
-
-/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
-   8 row + place along the axis; its faces by 512 axis + node. */
-typedef struct springls__surface_brick {
-    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
-    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
-    int first_triangle, first_inner;    /* in the arrays of the contour */
-    int triangles, inner, links;
-    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
-    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
-    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
-    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
-} springls__surface_brick;
-
-typedef struct springls__contour {
-    SPRINGLS__GLOBAL springls__surface_brick *brick;
-    SPRINGLS__GLOBAL const springls__surfel *surfel; /* of springls                                */
-    SPRINGLS__GLOBAL springls__hit *hit;
-    SPRINGLS__GLOBAL springls__crossing *crossing;
-    SPRINGLS__GLOBAL springls__arc *arc;
-    SPRINGLS__GLOBAL springls__crossing *inner;      /* vertices in cells                          */
-    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
-    int first_corner, first_inner;                   /* numbers of those vertices                  */
-} springls__contour;
-
-/* ---- small helpers ---- */
-
-SPRINGLS__INNER float springls__along(springls__v3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-SPRINGLS__INNER springls__v3 springls__with_along(springls__v3 v, int axis, float x)
-{
-    if (axis == 0) v.x = x;
-    else if (axis == 1) v.y = x;
-    else v.z = x;
-    return v;
-}
-
-SPRINGLS__INNER springls__v3 springls__zero3(void) { return springls__v3_make(0.0f, 0.0f, 0.0f); }
-SPRINGLS__INNER int springls__axis_after(int axis) { return axis == 2 ? 0 : axis + 1; }
-SPRINGLS__INNER int springls__hit_springl(springls__hit hit) { return hit.springl < 0 ? ~hit.springl : hit.springl; }
-SPRINGLS__INNER int springls__hit_side(springls__hit hit) { return hit.springl < 0 ? -1 : 1; }
-
-/* Places are multiples of 2^-16 voxel, so that the tests of whether triangles cross are exact in whole numbers. */
-SPRINGLS__INNER float springls__snapped(float x) { return springls__floor(x * 65536.0f + 0.5f) / 65536.0f; }
-
-SPRINGLS__INNER springls__v3 springls__snapped3(springls__v3 x)
-{
-    return springls__v3_make(springls__snapped(x.x), springls__snapped(x.y), springls__snapped(x.z));
-}
-
-/* Returns (1 - d2 / r2)^4, 0 beyond r. */
-SPRINGLS__INNER float springls__hit_weight(float d2, float r2)
-{
-    float w = springls__max(1.0f - d2 / r2, 0.0f);
-    w *= w;
-    return w * w;
-}
-
-SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }
-
-/* Finds where node `node` is in its brick, and in the grid. */
-SPRINGLS__INNER void springls__node_of_brick(int node, int at[3])
-{
-    at[0] = node & 7;
-    at[1] = node >> 3 & 7;
-    at[2] = node >> 6;
-}
-
-SPRINGLS__INNER void springls__place_of_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, int node, int at[3])
-{
-    springls__node_of_brick(node, at);
-    at[0] += brick->origin[0];
-    at[1] += brick->origin[1];
-    at[2] += brick->origin[2];
-}
-
-/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
-SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int of_node[3], int *node)
-{
-    *node = springls__voxel_in_brick(of_node[0], of_node[1], of_node[2]);
-    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
-}
-
-/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */
-SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
-{
-    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];
-}
-
-/* Returns the node (u, v) beside axis, at x along it. */
-SPRINGLS__INNER int springls__line_node(int axis, int x, int line)
-{
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    return (x << 3 * axis) + ((line & 7) << 3 * b) + ((line >> 3) << 3 * c);
-}
-
-/* ---- trims: planes of the springls across a crease ---- */
-
-typedef struct springls__trim { springls__v3 p, n; int group; } springls__trim;
-
-/* Trims in groups of like normals. */
-typedef struct springls__trims {
-    springls__trim list[SPRINGLS__TRIMS];
-    springls__v3 seed[SPRINGLS__TRIM_GROUPS];
-    int in_group[SPRINGLS__TRIM_GROUPS], count, groups;
-} springls__trims;
-
-/* Returns whether springl `other` lies across a crease from springl i. */
-SPRINGLS__INNER bool springls__across_crease(SPRINGLS__GLOBAL const springls__surfel *surfel, int i, int other)
-{
-    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(surfel[i].n, surfel[other].n);
-    if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;
-    return springls__length2(springls__sub(surfel[other].p, surfel[i].p)) <= r * r;
-}
-
-/* Returns whether any springl lies across a crease from springl i. */
-SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel, int i)
-{
-    springls__cell_walk walk = springls__cell_walk_near(model, surfel[i].p, SPRINGLS__TRIM_RADIUS);
-    int other;
-    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__across_crease(surfel, i, other)) return true;
-    return false;
-}
-
-/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
-   ones, are within half the angle of a crease of one. */
-SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
-                                           springls__v3 lower, springls__v3 upper)
-{
-    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
-    const int first = springls__cell_walk_next(model, &walk);
-    int other;
-    while (first >= 0 && (other = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__fabs(springls__dot(surfel[first].n, surfel[other].n)) < least) return true;
-    return false;
-}
-
-/* Finds which springls of a brick of the grid are creased, by its eighths. */
-SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRINGLS__GLOBAL springls__surfel *surfel, int slot)
-{
-    SPRINGLS__GLOBAL const uint32_t *cell = springls__cells_of(&model->grid, slot);
-    const float width = 4.0f;
-    int o[3], eighth, row, k;
-    uint32_t at;
-    springls__slot_origin(&model->grid, slot, o);
-    for (eighth = 0; eighth < 8; eighth++) {
-        const int x = eighth & 1, y = eighth >> 1 & 1, z = eighth >> 2;
-        const springls__v3 lower = springls__v3_make((float)(o[0] + 4 * x), (float)(o[1] + 4 * y), (float)(o[2] + 4 * z));
-        const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
-        int creased = -1; /* not known yet */
-        for (row = 0; row < 4; row++) {
-            const int first = 2 * x + 4 * (2 * y + (row & 1)) + 16 * (2 * z + (row >> 1));
-            for (at = cell[first]; at < cell[first + 2]; at++) {
-                k = (int)model->cells.ids[at];
-                if (creased < 0) creased = springls__has_creases(model, surfel, lower, upper);
-                surfel[k].creased = creased && springls__is_creased(model, surfel, k);
-            }
-        }
-    }
-}
-
-/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
-SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
-                                             springls__trims *trims)
-{
-    const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n;
-    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
-    int other, g;
-    trims->count = trims->groups = 0;
-    while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {
-        springls__trim *trim = &trims->list[trims->count];
-        springls__v3 d, m = contour->surfel[other].n;
-        if (!springls__across_crease(contour->surfel, i, other)) continue;
-        trim->p = contour->surfel[other].p;
-        d = springls__sub(trim->p, p);
-        trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);
-        for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;
-        if (g == trims->groups && g < SPRINGLS__TRIM_GROUPS) {
-            trims->seed[trims->groups] = m;
-            trims->in_group[trims->groups++] = 0;
-        }
-        trim->group = springls__imin(g, SPRINGLS__TRIM_GROUPS - 1);
-        trims->in_group[trim->group]++;
-        trims->count++;
-    }
-}
-
-/* Returns whether over half of a group's weight cuts x off. A springl alone cuts nothing. */
-SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls__v3 x)
-{
-    const float r2 = SPRINGLS__TRIM_RADIUS * SPRINGLS__TRIM_RADIUS, tolerance = 0.03f;
-    float beyond[SPRINGLS__TRIM_GROUPS], all[SPRINGLS__TRIM_GROUPS];
-    int k;
-    for (k = 0; k < SPRINGLS__TRIM_GROUPS; k++) beyond[k] = all[k] = 0.0f;
-    for (k = 0; k < trims->count; k++) {
-        const springls__v3 d = springls__sub(x, trims->list[k].p);
-        const float w = 1.0f - springls__length2(d) / r2;
-        const int g = trims->list[k].group;
-        if (w <= 0.0f) continue;
-        all[g] += w;
-        if (springls__dot(d, trims->list[k].n) > tolerance) beyond[g] += w;
-    }
-    for (k = 0; k < trims->groups; k++)
-        if (beyond[k] > 0.5f * all[k] && trims->in_group[k] > 1) return true;
-    return false;
-}
-
-/* ---- hits ---- */
-
-/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of the grid lie under it. */
-typedef struct springls__disc {
-    float radius2, slope_b, slope_c, pb, pc, pa;
-    int lo[2], hi[2];
-} springls__disc;
-
-SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
-{
-    return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);
-}
-
-/* Finds the disc of a springl for the lines along an axis; false: no line meets it. */
-SPRINGLS__MATHS bool springls__disc_of(const springls__grid *g, springls__v3 p, springls__v3 n, float radius, int axis,
-                                       springls__disc *disc)
-{
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    const float na = springls__along(n, axis), nb = springls__along(n, b), nc = springls__along(n, c);
-    const float r = radius * springls__sqrt(SPRINGLS__HIT_SHARE);
-    float reach;
-    if (springls__fabs(na) < 0.03f) return false;
-    disc->radius2 = radius * radius;
-    disc->pa = springls__along(p, axis);
-    disc->pb = springls__along(p, b);
-    disc->pc = springls__along(p, c);
-    disc->slope_b = -nb / na;
-    disc->slope_c = -nc / na;
-    reach = r * springls__sqrt(springls__max(1.0f - nb * nb, 0.0f));
-    disc->lo[0] = -(int)springls__floor(-springls__max(disc->pb - reach, 0.0f));
-    disc->hi[0] = (int)springls__floor(springls__clamp(disc->pb + reach, -1.0f, (float)(g->size[b] - 1)));
-    reach = r * springls__sqrt(springls__max(1.0f - nc * nc, 0.0f));
-    disc->lo[1] = -(int)springls__floor(-springls__max(disc->pc - reach, 0.0f));
-    disc->hi[1] = (int)springls__floor(springls__clamp(disc->pc + reach, -1.0f, (float)(g->size[c] - 1)));
-    return true;
-}
-
-/* Finds where a line meets the disc; false: nowhere. */
-SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int v, springls__hit *hit)
-{
-    const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;
-    const float d2 = da * da + db * db + dc * dc;
-    if (d2 >= SPRINGLS__HIT_SHARE * disc->radius2) return false;
-    hit->t = disc->pa + da;
-    hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);
-    return true;
-}
-
-/* Returns the row of the brick that a hit lies in, given the brick of its springl; -1: the table has none. */
-SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surface_brick *home, int axis, float t, int u, int v)
-{
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    int at[3], node, brick;
-    at[axis] = (int)springls__floor(t) - home->origin[axis];
-    at[b] = u - home->origin[b];
-    at[c] = v - home->origin[c];
-    brick = springls__table_node(home, at, &node);
-    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
-}
-
-/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
-   the trimmed ones are counted too. */
-SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
-                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
-{
-    const springls__surfel s = contour->surfel[i];
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    const float last = (float)(model->grid.size[axis] - 1);
-    springls__disc disc;
-    int u, v, n = 0;
-    if (!springls__disc_of(&model->grid, s.p, s.n, springls__hit_radius(model->set.s[i].bounding_radius), axis, &disc)) return 0;
-    for (v = disc.lo[1]; v <= disc.hi[1]; v++)
-        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
-            springls__row_hit found;
-            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
-            if (out) {
-                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
-                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
-                if (trims->count && springls__is_trimmed(trims, x)) continue;
-                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
-                if (found.row < 0) continue;
-                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
-                out[n] = found;
-            }
-            n++;
-        }
-    return n;
-}
-
-/* Finds the hits of springl i: see springls__disc_hits. */
-SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const springls__contour *contour, int i,
-                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
-{
-    int axis, n = 0;
-    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
-    trims->count = 0;
-    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
-    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
-    return n;
-}
-
-/* Puts a hit into its row: begin[row + 1] is where the row's next hit goes. */
-SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, springls__row_hit found)
-{
-    const int row = found.row % SPRINGLS__TABLE_ROWS;
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + found.row / SPRINGLS__TABLE_ROWS;
-    contour->hit[brick->begin[SPRINGLS__OF_HITS][row + 1]++] = found.hit;
-}
-
-SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
-{
-    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
-}
-
-/* Sorts the hits of each row of brick b. */
-SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
-{
-    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
-    int row, k;
-    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
-        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
-            const springls__hit hit = contour->hit[k];
-            int at = k;
-            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
-            contour->hit[at] = hit;
-        }
-}
-
-/* ---- lines ---- */
-
-/* What is known along a line: a hit (side 1 or -1) and its weight, or a node and what speaks against its being inside; node: -1 for one of
-   another brick. */
-typedef struct springls__event { float t, cost; int side, node; } springls__event;
-
-/* Working memory of one brick. */
-typedef struct springls__line_work {
-    springls__hit hit[SPRINGLS__LINE_HITS];
-    springls__event event[SPRINGLS__LINE_EVENTS];
-    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
-    int group[SPRINGLS__EDGE_HITS], came[SPRINGLS__EDGE_HITS];
-    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; those from begin[1] to begin[2] are the brick's own */
-} springls__line_work;
-
-SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b, int line)
-{
-    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
-}
-
-/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
-   nearest are taken. */
-SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           int line, bool weighed, springls__line_work *work)
-{
-    const int axis = line >> 6;
-    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
-    float least = 0.0f;
-    int k, all;
-    work->line = line;
-    work->axis = axis;
-    do {
-        work->hits = all = 0;
-        for (k = 0; k < 3; k++) {
-            const int b = springls__brick_beside(brick, axis, k - 1);
-            int at, end;
-            work->begin[k] = work->hits;
-            if (!springls__has_hits(contour, b, line)) continue;
-            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
-            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
-                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
-                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
-                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
-                    work->hit[work->hits].t = hit->t;
-                    work->hit[work->hits].own_weight = hit->own_weight;
-                    work->hit[work->hits].springl = hit->springl;
-                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
-                }
-            }
-        }
-        least = least > 0.0f ? 2.0f * least : 1e-3f;
-    } while (all > SPRINGLS__LINE_HITS);
-}
-
-/* Returns the place at t along a line of a brick. */
-SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line, float t)
-{
-    const int axis = line >> 6, b = springls__axis_after(axis), c = springls__axis_after(b);
-    springls__v3 x = springls__with_along(springls__zero3(), axis, t);
-    x = springls__with_along(x, b, (float)(brick->origin[b] + (line & 7)));
-    return springls__with_along(x, c, (float)(brick->origin[c] + (line >> 3 & 7)));
-}
-
-/* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends
-   there. */
-SPRINGLS__MATHS float springls__share_of_run(const springls__contour *contour,
-                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
-                                             const springls__line_work *work)
-{
-    const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
-    springls__v3 x, aside = springls__zero3(), n = springls__zero3();
-    float sum = 0.0f, t = 0.0f;
-    int k;
-    for (k = first; k < end; k++) {
-        if (springls__hit_side(work->hit[k]) != side) continue;
-        sum += work->hit[k].weight;
-        t += work->hit[k].weight * work->hit[k].t;
-    }
-    x = springls__line_place(brick, work->line, t / (sum + 1e-9f));
-    sum = 0.0f;
-    for (k = first; k < end; k++) {
-        const int i = springls__hit_springl(work->hit[k]);
-        springls__v3 d;
-        float w;
-        if (springls__hit_side(work->hit[k]) != side) continue;
-        d = springls__sub(contour->surfel[i].p, x);
-        w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;
-        aside = springls__mad(aside, d, w);
-        n = springls__mad(n, contour->surfel[i].n, w);
-        sum += w;
-    }
-    aside = springls__scale(aside, 1.0f / sum);
-    n = springls__normalize(n);
-    aside = springls__mad(aside, n, -springls__dot(aside, n));
-    return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);
-}
-
-/* Weighs the hits of a gathered line, run by run of one orientation with some of the brick's own. */
-SPRINGLS__MATHS void springls__weigh_runs(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                          springls__line_work *work)
-{
-    int side, first, k, end;
-    for (side = -1; side <= 1; side += 2)
-        for (first = 0; first < work->hits; first = end) {
-            float t = work->hit[first].t, share;
-            end = first + 1;
-            if (springls__hit_side(work->hit[first]) != side) continue;
-            for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)
-                if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);
-            if (end <= work->begin[1] || first >= work->begin[2]) continue;
-            share = springls__share_of_run(contour, brick, first, end, side, work);
-            if (share == 1.0f) continue;
-            for (k = first; k < end; k++)
-                if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;
-        }
-}
-
-/* Marks the nodes of a row at the ends of edges with hits. */
-SPRINGLS__MATHS void springls__mark_beside_hits(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int row)
-{
-    const int axis = row >> 6, before = springls__brick_beside(brick, axis, -1), end = brick->begin[SPRINGLS__OF_HITS][row + 1];
-    uint32_t edges = 0u;
-    int k;
-    for (k = brick->begin[SPRINGLS__OF_HITS][row]; k < end; k++)
-        edges |= 2u << ((int)springls__floor(contour->hit[k].t) - brick->origin[axis]);
-    if (springls__has_hits(contour, before, row)
-        && contour->hit[contour->brick[before].begin[SPRINGLS__OF_HITS][row + 1] - 1].t >= (float)brick->origin[axis] - 1.0f) edges |= 1u;
-    edges |= edges >> 1; /* of the edge before a node, and of its own */
-    for (k = 0; k < 8; k++)
-        if (edges >> k & 1u) {
-            const int node = springls__line_node(axis, k, row & 63);
-            brick->beside_hits[node >> 5] |= 1u << (node & 31);
-        }
-}
-
-/* Weighs the hits of brick b, and marks the nodes beside them. Precondition: all are sorted. */
-SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int b, springls__line_work *work)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
-    int row, at, k;
-    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
-        const bool some = springls__has_hits(contour, b, row);
-        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
-            springls__mark_beside_hits(contour, brick, row);
-        if (!some) continue;
-        springls__gather_line(contour, brick, row, false, work);
-        springls__weigh_runs(contour, brick, work);
-        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
-            while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
-            contour->hit[at].weight = work->hit[k].weight;
-        }
-    }
-}
-
-/* ---- sides of nodes ---- */
-
-/* The cheapest costs of being outside and inside at a place, and where the last crossing to each side was. */
-typedef struct springls__side_path { float outside, inside, left, entered; } springls__side_path;
-
-SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)
-{
-    springls__side_path path;
-    path.outside = outside;
-    path.inside = inside;
-    path.left = path.entered = -1e9f;
-    return path;
-}
-
-/* The cost of the side that a hit leads to, where the last crossing there was, and how it is reached: 1 from that side itself, 5 in a run,
-   4 by crossing here. */
-typedef struct springls__side_reached { float cost, since; int came; } springls__side_reached;
-
-SPRINGLS__INNER springls__side_reached springls__reach_side(float from, float to, float since, float t, float weight)
-{
-    springls__side_reached next;
-    const bool in_run = springls__fabs(t - since) <= SPRINGLS__RUN_LENGTH;
-    next.cost = in_run ? to : to + weight;
-    next.since = since;
-    next.came = in_run ? 5 : 1;
-    if (from + SPRINGLS__CROSSING_COST < next.cost) {
-        next.cost = from + SPRINGLS__CROSSING_COST;
-        next.since = t;
-        next.came = 4;
-    }
-    return next;
-}
-
-/* Goes on over a hit that enters or leaves; weight: what it costs to leave it unexplained. came: how the side that it leads to is
-   reached. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, bool enters, int *came)
-{
-    const springls__side_reached next = enters ? springls__reach_side(path.outside, path.inside, path.entered, t, weight)
-                                               : springls__reach_side(path.inside, path.outside, path.left, t, weight);
-    *came = next.came;
-    if (enters) {
-        path.inside = next.cost;
-        path.entered = next.since;
-        path.outside += weight;
-    } else {
-        path.outside = next.cost;
-        path.left = next.since;
-        path.inside += weight;
-    }
-    return path;
-}
-
-/* Goes on over a node, where the side may change without a hit; evidence: what speaks against inside, or below 0 against outside. */
-SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, float evidence)
-{
-    springls__side_path next = path;
-    if (path.inside + SPRINGLS__CHANGE_COST < path.outside) {
-        next.outside = path.inside + SPRINGLS__CHANGE_COST;
-        next.left = -1e9f;
-    }
-    if (path.outside + SPRINGLS__CHANGE_COST < path.inside) {
-        next.inside = path.outside + SPRINGLS__CHANGE_COST;
-        next.entered = -1e9f;
-    }
-    next.outside += springls__max(-evidence, 0.0f);
-    next.inside += springls__max(evidence, 0.0f);
-    return next;
-}
-
-SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, springls__event event, bool forward)
-{
-    int came;
-    if (event.side == 0) return springls__side_path_over_node(path, event.cost);
-    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
-}
-
-/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
-SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
-{
-    const float deep = springls__min(springls__fabs(phi), 1.0f);
-    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;
-    return phi < 0.0f ? -weight : weight;
-}
-
-/* Returns phi at a node of a brick of the table. */
-SPRINGLS__INNER float springls__node_phi(const springls__grid *g, SPRINGLS__GLOBAL const springls__surface_brick *brick, int node)
-{
-    int at[3];
-    if (brick->slot >= 0) return g->phi[(size_t)brick->slot * SPRINGLS__BRICK_VOXELS + (size_t)node];
-    springls__place_of_node(brick, node, at);
-    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
-}
-
-/* Returns the evidence of phi at a node of brick b, which the table may not have: the node is outside then. */
-SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const springls__contour *contour, int b, int node)
-{
-    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
-    if (b < 0) return springls__phi_evidence(1.0f, false);
-    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
-}
-
-/* Lists hits [first, end) of the line and the nodes between and around them, in order. */
-SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
-                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
-                                           springls__line_work *work)
-{
-    const springls__grid *g = &model->grid;
-    const int axis = work->axis, o = brick->origin[axis];
-    const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));
-    const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));
-    int x, n = 0, k = first;
-    for (x = from; x <= to + 1; x++) {
-        springls__event event;
-        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
-            event.t = work->hit[k].t;
-            event.side = springls__hit_side(work->hit[k]);
-            event.cost = work->hit[k].weight;
-            event.node = -1;
-            work->event[n++] = event;
-        }
-        if (x > to) break;
-        event.node = springls__line_node(axis, x & 7, work->line & 63);
-        event.t = (float)x;
-        event.side = 0;
-        event.cost = springls__node_evidence(g, contour, springls__brick_beside(brick, axis, (x - o) >> 3), event.node);
-        if (x < o || x >= o + 8) event.node = -1;
-        work->event[n++] = event;
-    }
-    work->events = n;
-}
-
-/* Adds to each node of the events by how much cheaper it is to be outside than inside. */
-SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
-{
-    springls__side_path path = springls__side_path_begin(0.0f, 0.0f);
-    int k;
-    for (k = 0; k < work->events; k++) {
-        path = springls__side_path_over(path, work->event[k], true);
-        if (work->event[k].node < 0) continue;
-        work->forward[k][0] = path.outside;
-        work->forward[k][1] = path.inside;
-    }
-    path = springls__side_path_begin(0.0f, 0.0f);
-    for (k = work->events - 1; k >= 0; k--) {
-        const int node = work->event[k].node;
-        if (node >= 0)
-            work->margin[node] += springls__clamp(work->forward[k][1] + path.inside - (work->forward[k][0] + path.outside), -1.0f, 1.0f);
-        path = springls__side_path_over(path, work->event[k], false);
-    }
-}
-
-/* Votes along a line for its nodes, in parts where hits are less than four voxels apart. */
-SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
-                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
-                                            springls__line_work *work)
-{
-    int first, end;
-    springls__gather_line(contour, brick, line, true, work);
-    for (first = 0; first < work->hits; first = end) {
-        for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;
-        springls__list_line_events(model, contour, brick, first, end, work);
-        springls__vote_for_nodes(work);
-    }
-}
-
-/* Finds the sides of the nodes of brick b. */
-SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
-                                          springls__line_work *work)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const springls__grid *g = &model->grid;
-    int line, node, k, at[3];
-    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
-        for (k = -1; k < 2; k++)
-            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__vote_on_line(model, contour, brick, line, work);
-                break;
-            }
-    for (node = 0; node < 16; node++) brick->inside[node] = 0u;
-    for (node = 0; node < 512; node++) {
-        float value = springls__node_phi(g, brick, node);
-        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
-        if (!(value < 0.0f)) continue;
-        springls__place_of_node(brick, node, at);
-        if (brick->slot >= 0 || springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
-    }
-}
-
-/* ---- crossings of edges ---- */
-
-/* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes
-   and particles. */
-SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__contour *contour,
-                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits,
-                                                            int which, const springls__line_work *work)
-{
-    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
-    const int axis = work->axis;
-    springls__crossing found;
-    springls__v3 n = springls__zero3(), aside = springls__zero3();
-    float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;
-    int k;
-    for (k = 0; k < hits; k++) {
-        const springls__hit hit = work->hit[first + k];
-        springls__v3 d;
-        float w;
-        if (work->group[k] != which) continue;
-        d = springls__sub(springls__line_place(brick, work->line, hit.t), contour->surfel[springls__hit_springl(hit)].p);
-        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
-        sum += w;
-        t += w * hit.t;
-    }
-    found.x = springls__line_place(brick, work->line, t / sum);
-    found.side = found.springl = 0;
-    sum = 0.0f;
-    for (k = 0; k < hits; k++) {
-        const springls__hit hit = work->hit[first + k];
-        const int i = springls__hit_springl(hit);
-        springls__v3 d;
-        float w;
-        if (work->group[k] != which) continue;
-        d = springls__sub(found.x, contour->surfel[i].p);
-        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
-        sum += w;
-        n = springls__mad(n, contour->surfel[i].n, w);
-        aside = springls__mad(aside, d, w);
-        height += w * springls__dot(contour->surfel[i].n, d);
-        found.side = springls__hit_side(hit);
-        if (w > best) {
-            best = w;
-            found.springl = i;
-        }
-    }
-    bend = 1.0f - springls__length(n) / sum;
-    found.n = springls__normalize(n);
-    height = 0.5f * (springls__dot(found.n, aside) + height) / sum * (1.0f + 0.5f * bend);
-    along = springls__along(found.n, axis);
-    if (springls__fabs(along) > 0.1f)
-        found.x = springls__with_along(found.x, axis, springls__along(found.x, axis) - springls__clamp(height / along, -0.3f, 0.3f));
-    return found;
-}
-
-/* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the
-   intersection of the two, or their union. */
-SPRINGLS__MATHS springls__crossing springls__place_run(const springls__contour *contour,
-                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int hits, int run,
-                                                       springls__line_work *work)
-{
-    const int second_side = SPRINGLS__EDGE_HITS + run;
-    springls__crossing one, two;
-    springls__v3 d;
-    float one_t, two_t;
-    bool convex, some = false;
-    int k, best = -1;
-    for (k = 0; k < hits; k++)
-        if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;
-    d = contour->surfel[springls__hit_springl(work->hit[first + best])].n;
-    for (k = 0; k < hits; k++) {
-        if (work->group[k] != run) continue;
-        if (springls__dot(contour->surfel[springls__hit_springl(work->hit[first + k])].n, d) > SPRINGLS__CREASE_COSINE) continue;
-        work->group[k] = second_side;
-        some = true;
-    }
-    one = springls__place_crossing(contour, brick, first, hits, run, work);
-    if (!some) return one;
-    two = springls__place_crossing(contour, brick, first, hits, second_side, work);
-    d = springls__sub(contour->surfel[two.springl].p, contour->surfel[one.springl].p);
-    convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;
-    one_t = springls__along(one.x, work->axis);
-    two_t = springls__along(two.x, work->axis);
-    return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */
-}
-
-/* Numbers the runs of the first n hits from `first` on, which explain best how the line comes from one side to the other: work->group of
-   each; -1: of none. Returns how many there are. */
-SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int to, springls__line_work *work)
-{
-    springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
-    int k, side = to, runs = 0;
-    bool open = false;
-    for (k = 0; k < n; k++) {
-        const springls__hit hit = work->hit[first + k];
-        work->group[k] = -1;
-        work->came[k] = 0;
-        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
-        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight, springls__hit_side(hit) < 0,
-                                            &work->came[k]);
-    }
-    if ((to ? path.inside : path.outside) > 1e8f) return 0;
-    for (k = n - 1; k >= 0; k--) {
-        if (work->came[k] < 4 || (springls__hit_side(work->hit[first + k]) < 0) != side) continue; /* this side is not reached by it */
-        if (!open) runs++;
-        work->group[k] = runs - 1;
-        open = work->came[k] == 5;
-        if (!open) side = 1 - side;
-    }
-    for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */
-        if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];
-    for (; runs > SPRINGLS__EDGE_CROSSINGS; runs -= 2) continue;
-    return runs;
-}
-
-/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
-SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
-{
-    int k, best = -1;
-    for (k = first; k < first + n; k++)
-        if (springls__hit_side(work->hit[k]) == side
-            && (best < 0 || springls__fabs(work->hit[k].t - x - 0.5f) < springls__fabs(work->hit[best].t - x - 0.5f))) best = k;
-    for (k = first; best >= 0 && k < first + n; k++)
-        work->group[k - first] = springls__hit_side(work->hit[k]) == side
-                              && springls__fabs(work->hit[k].t - work->hit[best].t) < 0.3f ? 0 : -1;
-    return best >= 0;
-}
-
-/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */
-SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)
-{
-    springls__crossing found;
-    int to[3], k;
-    float a, b, t = 0.5f;
-    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
-    found.side = side;
-    found.springl = -1;
-    found.n = springls__zero3();
-    a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
-    b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
-    if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);
-    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);
-    found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
-    found.x = springls__with_along(found.x, axis, (float)at[axis] + t);
-    return found;
-}
-
-/* Puts crossings of the edge from x to x + 1 in order, apart and within it. */
-SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossing *c, int count, int axis, float x)
-{
-    const float gap = SPRINGLS__CROSSING_GAP;
-    float before = x;
-    int k;
-    for (k = 0; k < count; k++) {
-        const float t = springls__clamp(springls__along(c[k].x, axis), before + gap, x + 1.0f - gap * (float)(count - k));
-        before = springls__snapped(t);
-        c[k].x = springls__with_along(c[k].x, axis, before);
-    }
-}
-
-/* Return whether a hit lies before, or behind, what the edge from x to x + 1 takes: the same in floats where edges are counted
-   (springls__count_at_edges). */
-SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
-SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
-
-/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
-   inside. Returns how many. */
-SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
-                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
-                                             int from, int to, springls__line_work *work,
-                                             SPRINGLS__GLOBAL springls__crossing *out)
-{
-    const float x = (float)at[work->axis];
-    int n = 0, runs, k;
-    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
-    runs = springls__find_runs(first, n, x, from, to, work);
-    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
-    if (runs == 0 && from != to) {
-        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
-        return 1;
-    }
-    for (k = 0; k < runs; k++) out[k] = springls__place_run(contour, brick, first, n, k, work);
-    springls__order_crossings(out, runs, work->axis, x);
-    return runs;
-}
-
-/* Returns whether the node `at` along a line of a brick is inside; beyond the table none is. */
-SPRINGLS__INNER int springls__line_side(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
-                                        int at)
-{
-    const int axis = line >> 6, b = springls__brick_beside(brick, axis, at >> 3);
-    return b >= 0 && springls__bit_of(contour->brick[b].inside, springls__line_node(axis, at & 7, line & 63)) ? 1 : 0;
-}
-
-/* Returns, as bits, which nodes of word w of a brick's sides differ from the next one along an axis. The last brick's last nodes do not. */
-SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                                int axis, int w)
-{
-    const int next = springls__brick_beside(brick, axis, 1);
-    const uint32_t own = brick->inside[w];
-    uint32_t after;
-    if (axis == 0) {
-        after = next < 0 ? own : contour->brick[next].inside[w] << 7;
-        after = (own >> 1 & 0x7f7f7f7fu) | (after & 0x80808080u);
-    } else if (axis == 1) {
-        after = w % 2 == 0 ? brick->inside[w + 1] << 24 : next < 0 ? own & 0xff000000u : contour->brick[next].inside[w - 1] << 24;
-        after |= own >> 8;
-    } else {
-        after = w < 14 ? brick->inside[w + 2] : next < 0 ? own : contour->brick[next].inside[w - 14];
-    }
-    return own ^ after;
-}
-
-/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
-SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
-                                              int leaving[8])
-{
-    const float margin = SPRINGLS__EDGE_MARGIN;
-    int k, end;
-    if (!springls__has_hits(contour, b, line)) return;
-    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
-    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
-        const springls__hit hit = contour->hit[k];
-        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
-        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
-        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
-            entering[x] += hit.springl < 0;
-            leaving[x] += hit.springl >= 0;
-        }
-    }
-}
-
-/* Adds the pairs of crossings that the edges of a line have at most: each needs a hit that enters and one that leaves. */
-SPRINGLS__MATHS void springls__count_pairs(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line)
-{
-    const int axis = line >> 6;
-    int entering[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, leaving[8] = { 0, 0, 0, 0, 0, 0, 0, 0 }, k;
-    for (k = -1; k < 2; k++)
-        springls__count_at_edges(contour, springls__brick_beside(brick, axis, k), line, (float)brick->origin[axis], entering, leaving);
-    for (k = 0; k < 8; k++) {
-        const int single = brick->crossings[8 * line + k], most = (SPRINGLS__EDGE_CROSSINGS - single) / 2;
-        brick->crossings[8 * line + k] = (uint8_t)(single + 2 * springls__imin(springls__imin(entering[k], leaving[k]), most));
-    }
-}
-
-/* Counts the crossings that the edges of brick b have at most. */
-SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour, int b)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int axis, line, w, k, at[3];
-    for (k = 0; k < 1536; k++) brick->crossings[k] = 0;
-    for (axis = 0; axis < 3; axis++) {
-        const int p = springls__axis_after(axis), q = springls__axis_after(p);
-        for (w = 0; w < 16; w++) {
-            uint32_t changes = springls__side_changes(contour, brick, axis, w);
-            for (; changes; changes &= changes - 1u) {
-                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);
-                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
-            }
-        }
-    }
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
-        for (k = -1; k < 2; k++)
-            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__count_pairs(contour, brick, line);
-                break;
-            }
-}
-
-/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
-SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b,
-                                              springls__line_work *work)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
-    int line, x, at[3];
-    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
-        int first = 0, count = 0;
-        if (begin[line] == begin[line + 1]) continue;
-        springls__gather_line(contour, brick, line, true, work);
-        for (x = 0; x < 8; x++) {
-            SPRINGLS__GLOBAL uint8_t *crossings = brick->crossings + 8 * line + x;
-            if (*crossings == 0) continue;
-            springls__place_of_node(brick, springls__line_node(line >> 6, x, line & 63), at);
-            while (first < work->hits && springls__is_before_edge(work->hit[first].t, (float)at[line >> 6])) first++;
-            *crossings = (uint8_t)springls__edge_crossings(model, contour, brick, at, first, springls__line_side(contour, brick, line, x),
-                                                           springls__line_side(contour, brick, line, x + 1), work,
-                                                           contour->crossing + begin[line] + count);
-            count += *crossings;
-        }
-    }
-}
-
-/* ======== >>faces:kernel  (kernels_embed/output/faces.h) ======================================================= */
-/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are
-   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells
-   beside a face see the same arcs: so the surface is closed. */
-
-#define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)
-#define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)
-#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
-#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
-#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
-
-/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
-typedef struct springls__owned { int first, count; } springls__owned;
-
-/* Returns how many the elements before element k of its row have. */
-SPRINGLS__INNER int springls__before_in_row(SPRINGLS__GLOBAL const uint8_t *count, int k)
-{
-    int sum = 0, i;
-    for (i = k & ~7; i < k; i++) sum += count[i];
-    return sum;
-}
-
-/* Returns the crossings of the edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
-SPRINGLS__MATHS springls__owned springls__crossings_of_edge(const springls__contour *contour,
-                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3],
-                                                            int axis)
-{
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    const int line = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7), edge = 8 * line + (at[axis] & 7);
-    int node;
-    const int other = springls__table_node(brick, at, &node);
-    springls__owned owned = { 0, 0 };
-    if (other < 0 || contour->brick[other].crossings[edge] == 0) return owned;
-    owned.count = contour->brick[other].crossings[edge];
-    owned.first = contour->brick[other].begin[SPRINGLS__OF_CROSSINGS][line]
-                + springls__before_in_row(contour->brick[other].crossings, edge);
-    return owned;
-}
-
-/* Returns the arcs of the face across an axis that begins at a node, which may be up to 8 beyond a brick's own. */
-SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *contour,
-                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int axis)
-{
-    int node;
-    const int other = springls__table_node(brick, at, &node), face = 512 * axis + node;
-    springls__owned owned = { 0, 0 };
-    if (other < 0 || contour->brick[other].arcs[face] == 0) return owned;
-    owned.count = contour->brick[other].arcs[face];
-    owned.first = contour->brick[other].begin[SPRINGLS__OF_ARCS][face >> 3] + springls__before_in_row(contour->brick[other].arcs, face);
-    return owned;
-}
-
-/* Working memory of one brick. */
-typedef struct springls__face_work {
-    uint8_t ends[1536]; /* of arcs on a brick's faces */
-    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
-    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
-    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
-    springls__arc arc[SPRINGLS__FACE_ARCS];
-} springls__face_work;
-
-/* A face across `axis`, that begins at node o; b and c: the axes along it. */
-typedef struct springls__face { int axis, b, c, o[3]; } springls__face;
-
-SPRINGLS__INNER springls__v3 springls__in_face(const springls__face *face, float b, float c)
-{
-    springls__v3 v = springls__with_along(springls__zero3(), face->axis, 0.0f);
-    return springls__with_along(springls__with_along(v, face->b, b), face->c, c);
-}
-
-/* Returns the way along the section of a plane with a face, such that outside is on the left. */
-SPRINGLS__INNER springls__v3 springls__face_tangent(const springls__face *face, springls__v3 n)
-{
-    return springls__in_face(face, springls__along(n, face->c), -springls__along(n, face->b));
-}
-
-SPRINGLS__INNER bool springls__is_in_face(const springls__face *face, springls__v3 x)
-{
-    const float e = SPRINGLS__FACE_MARGIN, b = springls__along(x, face->b) - (float)face->o[face->b];
-    const float c = springls__along(x, face->c) - (float)face->o[face->c];
-    return b > e && b < 1.0f - e && c > e && c < 1.0f - e;
-}
-
-SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { return springls__length2(c->n) > 0.0f; }
-
-/* ---- arcs ---- */
-
-/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
-   Returns how many. */
-SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                          const springls__face *face, const int of_node[3], springls__face_work *work)
-{
-    int side, k, n = 0;
-    for (side = 0; side < 4; side++) {
-        const int axis = side & 1 ? face->c : face->b;
-        const bool back = side >= 2;
-        springls__owned owned;
-        int at[3];
-        for (k = 0; k < 3; k++) at[k] = of_node[k];
-        if (side == 1) at[face->b]++;
-        if (side == 2) at[face->c]++;
-        owned = springls__crossings_of_edge(contour, brick, at, axis);
-        for (k = 0; k < owned.count; k++, n++) {
-            const int id = owned.first + (back ? owned.count - 1 - k : k);
-            work->list[n] = id;
-            work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;
-        }
-    }
-    return n;
-}
-
-/* Returns what it costs to join crossing p, which enters, to q, which leaves: little where the way lies in the planes of both. */
-SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const springls__crossing *p, const springls__crossing *q)
-{
-    const springls__v3 d = springls__sub(q->x, p->x);
-    const float length = springls__length(d);
-    const springls__v3 left = springls__scale(springls__in_face(face, -springls__along(d, face->c), springls__along(d, face->b)),
-                                              1.0f / (length + 1e-9f));
-    const bool one = springls__is_supported(p), other = springls__is_supported(q);
-    float sum = 0.0f;
-    if (one) sum += springls__fabs(springls__dot(p->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(p->n, left));
-    if (other) sum += springls__fabs(springls__dot(q->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(q->n, left));
-    return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);
-}
-
-/* Makes crossings i and j of the border an arc. */
-SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
-{
-    springls__arc arc;
-    arc.from = work->list[work->kind[i] < 0 ? i : j];
-    arc.to = work->list[work->kind[i] < 0 ? j : i];
-    arc.corners = 0;
-    arc.corner[0] = arc.corner[1] = arc.rim = springls__zero3();
-    return arc;
-}
-
-/* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */
-SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,
-                                           springls__face_work *work)
-{
-    const int row = SPRINGLS__FACE_CROSSINGS + 1;
-    int width, i, j, arcs = 0, top = 0;
-    if (n == 2) {
-        work->arc[0] = springls__arc_between(work, 0, 1);
-        return;
-    }
-    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
-    for (width = 2; width <= n; width += 2)
-        for (i = 0; i + width <= n; i++) {
-            float best = 1e30f;
-            for (j = i + 1; j < i + width; j += 2) {
-                springls__arc arc;
-                springls__crossing p, q;
-                float cost;
-                if (work->kind[i] == work->kind[j]) continue;
-                arc = springls__arc_between(work, i, j);
-                p = contour->crossing[arc.from];
-                q = contour->crossing[arc.to];
-                cost = springls__pair_cost(face, &p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + i + width];
-                if (cost >= best) continue;
-                best = cost;
-                work->cut[row * i + i + width] = j;
-            }
-            work->cost[row * i + i + width] = best;
-        }
-    work->stack[top++] = 0;
-    work->stack[top++] = n;
-    while (top > 0) {
-        const int end = work->stack[--top], begin = work->stack[--top];
-        if (begin >= end) continue;
-        j = work->cut[row * begin + end];
-        work->arc[arcs++] = springls__arc_between(work, begin, j);
-        work->stack[top++] = begin + 1;
-        work->stack[top++] = j;
-        work->stack[top++] = j + 1;
-        work->stack[top++] = end;
-    }
-}
-
-/* ---- corners ---- */
-
-/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */
-typedef struct springls__arc_section {
-    springls__crossing p, q;
-    springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */
-    float cosine;
-    int along_edge, across_edge;    /* both ends on one edge: its axis and the other one; else -1 */
-} springls__arc_section;
-
-SPRINGLS__MATHS springls__arc_section springls__section_of_arc(const springls__contour *contour, const springls__face *face,
-                                                       const springls__arc *arc)
-{
-    springls__arc_section s;
-    int k;
-    s.p = contour->crossing[arc->from];
-    s.q = contour->crossing[arc->to];
-    s.leaving = springls__face_tangent(face, s.p.n);
-    s.arriving = springls__face_tangent(face, s.q.n);
-    s.cosine = springls__is_supported(&s.p) && springls__is_supported(&s.q) ? springls__dot(s.p.n, s.q.n) : 1.0f;
-    s.along_edge = s.across_edge = -1;
-    for (k = 0; k < 2; k++) {
-        const int axis = k ? face->b : face->c, across = k ? face->c : face->b;
-        const float at = springls__along(s.p.x, across);
-        if (at != springls__along(s.q.x, across)) continue;
-        if (at != (float)face->o[across] && at != (float)face->o[across] + 1.0f) continue;
-        if (at != springls__floor(at)) continue;
-        s.along_edge = axis;
-        s.across_edge = across;
-    }
-    return s;
-}
-
-/* Returns the direction from the edge that both ends lie on into the face, 1 or -1 along its other axis. */
-SPRINGLS__INNER float springls__into_face(const springls__face *face, const springls__arc_section *s)
-{
-    return springls__along(s->p.x, s->across_edge) == (float)face->o[s->across_edge] ? 1.0f : -1.0f;
-}
-
-/* Finds where the planes through p and q, with normals n and m, and a face meet; false: they are nearly parallel. */
-SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls__v3 p, springls__v3 n, springls__v3 q,
-                                           springls__v3 m, springls__v3 *x)
-{
-    const float nb = springls__along(n, face->b), nc = springls__along(n, face->c);
-    const float mb = springls__along(m, face->b), mc = springls__along(m, face->c), det = nb * mc - nc * mb;
-    const float ob = (float)face->o[face->b], oc = (float)face->o[face->c];
-    const float dp = nb * (springls__along(p, face->b) - ob) + nc * (springls__along(p, face->c) - oc);
-    const float dq = mb * (springls__along(q, face->b) - ob) + mc * (springls__along(q, face->c) - oc);
-    if (springls__fabs(det) < 0.15f * springls__sqrt((nb * nb + nc * nc) * (mb * mb + mc * mc)) + 1e-6f) return false;
-    *x = springls__in_face(face, ob + (dp * mc - nc * dq) / det, oc + (nb * dq - dp * mb) / det);
-    *x = springls__with_along(*x, face->axis, (float)face->o[face->axis]);
-    return true;
-}
-
-/* Finds the corner where the tangents at both ends meet; false: not between them in the face. */
-SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)
-{
-    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)
-        && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;
-}
-
-/* Returns the cosine of half the angle between the ways at both ends. */
-SPRINGLS__INNER float springls__half_cosine(const springls__arc_section *s)
-{
-    const float both = springls__length(s->leaving) * springls__length(s->arriving) + 1e-9f;
-    const float cosine = springls__clamp(springls__dot(s->leaving, s->arriving) / both, -1.0f, 1.0f);
-    return springls__sqrt(0.5f * (1.0f + cosine));
-}
-
-/* Returns whether a corner at x is sharp: a springl there lies at an edge, or few springls have normals between the two. */
-SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, const springls__contour *contour,
-                                               const springls__arc_section *s, springls__v3 x)
-{
-    const float between = 0.94f, share = 0.15f;
-    const springls__v3 middle_normal = springls__normalize(springls__add(s->p.n, s->q.n));
-    springls__cell_walk walk;
-    float all = 0.0f, some = 0.0f;
-    int i;
-    if (s->p.springl >= 0 && springls__at_edge(model, s->p.springl)) return true;
-    if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;
-    walk = springls__cell_walk_near(model, x, 1.0f);
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 n = contour->surfel[i].n;
-        const float w = 1.0f - springls__length2(springls__sub(contour->surfel[i].p, x));
-        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
-        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
-        all += w;
-        if (cp < between && cq < between && springls__dot(n, middle_normal) > 0.0f) some += w;
-    }
-    return some < share * all;
-}
-
-/* Returns the corner itself where it is sharp, else the point of the arc of a circle about there: (1 - tan^2(theta/4)) / 2 of the way from
-   the middle, which is c / (1 + c) for c = cos(theta/2). */
-SPRINGLS__MATHS springls__v3 springls__rounded_corner(const springls__model *model, const springls__contour *contour,
-                                                      const springls__arc_section *s, springls__v3 x)
-{
-    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
-    const float c = springls__half_cosine(s);
-    return springls__is_sharp_corner(model, contour, s, x) ? x : springls__lerp(middle, x, c / (1.0f + c));
-}
-
-/* What springls before the middle of an arc say about a rim: the plane of those that face forward, and how far others reach. */
-typedef struct springls__rim { springls__v3 place, normal; float weight, reach; } springls__rim;
-
-SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, const springls__contour *contour,
-                                                 const springls__arc_section *s, springls__v3 middle, springls__v3 forward)
-{
-    const springls__v3 center = springls__mad(middle, forward, 0.4f);
-    const float radius = 1.3f;
-    springls__cell_walk walk = springls__cell_walk_near(model, center, radius);
-    springls__rim rim;
-    int i;
-    rim.place = rim.normal = springls__zero3();
-    rim.weight = rim.reach = 0.0f;
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 p = contour->surfel[i].p, n = contour->surfel[i].n, d = springls__sub(p, middle);
-        const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);
-        const float aside2 = springls__length2(springls__mad(d, forward, -ahead));
-        if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;
-        if (aside2 > 1.0f || ahead < -0.6f || ahead > 1.4f) continue;
-        if (facing > 0.5f && springls__dot(n, s->p.n) < 0.8f && springls__dot(n, s->q.n) < 0.8f) {
-            const float w = (1.0f - aside2) * (1.0f - aside2) * facing;
-            rim.weight += w;
-            rim.place = springls__mad(rim.place, p, w);
-            rim.normal = springls__mad(rim.normal, n, w);
-        }
-        if (aside2 < 0.36f && springls__dot(springls__sub(p, s->p.x), s->p.n) < 0.1f
-            && springls__dot(springls__sub(p, s->q.x), s->q.n) < 0.1f) rim.reach = springls__max(rim.reach, ahead);
-    }
-    if (rim.weight <= 0.0f) return rim;
-    rim.place = springls__scale(rim.place, 1.0f / rim.weight);
-    rim.normal = springls__normalize(rim.normal);
-    return rim;
-}
-
-/* Returns how far one can go from x in a direction within a face. */
-SPRINGLS__MATHS float springls__room_in_face(const springls__face *face, springls__v3 x, springls__v3 direction)
-{
-    float room = 2.0f;
-    int k;
-    for (k = 0; k < 2; k++) {
-        const int axis = k ? face->c : face->b;
-        const float d = springls__along(direction, axis), at = springls__along(x, axis) - (float)face->o[axis];
-        if (d > 1e-6f) room = springls__min(room, (1.0f - SPRINGLS__FACE_MARGIN - at) / d);
-        if (d < -1e-6f) room = springls__min(room, (SPRINGLS__FACE_MARGIN - at) / d);
-    }
-    return room;
-}
-
-/* Gives an arc around a rim two corners, where the planes of its ends meet that of the rim through x; false: not in the face. */
-SPRINGLS__MATHS bool springls__square_rim(const springls__face *face, const springls__arc_section *s, springls__v3 x, springls__v3 n,
-                                          springls__arc *arc)
-{
-    const springls__v3 along = springls__face_tangent(face, n);
-    springls__v3 one, two;
-    if (!springls__planes_meet(face, s->p.x, s->p.n, x, n, &one) || !springls__planes_meet(face, s->q.x, s->q.n, x, n, &two)) return false;
-    if (!springls__is_in_face(face, one) || !springls__is_in_face(face, two)) return false;
-    if (springls__dot(springls__sub(one, s->p.x), s->leaving) <= 0.0f || springls__dot(springls__sub(s->q.x, two), s->arriving) <= 0.0f
-        || springls__dot(springls__sub(two, one), along) <= 0.0f) return false;
-    if (springls__length2(springls__sub(two, one)) <= 0.06f * 0.06f) return false;
-    arc->corner[0] = one;
-    arc->corner[1] = two;
-    arc->rim = n;
-    arc->corners = 2;
-    return true;
-}
-
-/* Gives an arc between opposed sides its corners at the rim ahead. */
-SPRINGLS__MATHS void springls__round_rim(const springls__model *model, const springls__contour *contour, const springls__face *face,
-                                         const springls__arc_section *s, springls__arc *arc)
-{
-    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
-    springls__v3 forward = springls__sub(springls__scale(s->leaving, 1.0f / (springls__length(s->leaving) + 1e-6f)),
-                                         springls__scale(s->arriving, 1.0f / (springls__length(s->arriving) + 1e-6f)));
-    springls__rim rim;
-    float room, ahead;
-    if (s->along_edge >= 0) {
-        const springls__v3 in = springls__with_along(springls__zero3(), s->across_edge, springls__into_face(face, s));
-        if (springls__length(forward) < 0.2f || springls__dot(forward, in) <= 0.05f) forward = in;
-    }
-    if (springls__length(forward) < 0.2f) return;
-    forward = springls__normalize(forward);
-    room = springls__room_in_face(face, middle, forward);
-    if (room <= 0.0f) return;
-    rim = springls__find_rim(model, contour, s, middle, forward);
-    arc->corners = 1;
-    if (rim.weight > 0.05f) {
-        const float slope = springls__dot(rim.normal, forward);
-        ahead = slope > 0.2f ? springls__dot(rim.normal, springls__sub(rim.place, middle)) / slope : -1.0f;
-        if (ahead > 0.02f) {
-            arc->corner[0] = springls__mad(middle, forward, springls__min(ahead, room));
-            springls__square_rim(face, s, arc->corner[0], rim.normal, arc);
-            return;
-        }
-    }
-    ahead = springls__min(rim.reach, room);
-    if (ahead < 0.02f) ahead = springls__min(0.02f, 0.5f * room);
-    arc->corner[0] = springls__mad(middle, forward, ahead);
-}
-
-/* Gives an arc a corner as high in the face as `slope` times the distance of its ends, which lie on one edge. */
-SPRINGLS__MATHS void springls__low_corner(const springls__face *face, const springls__arc_section *s, float height, springls__arc *arc)
-{
-    const springls__v3 x = springls__lerp(s->p.x, s->q.x, 0.5f);
-    const float up = springls__max(height, 2.0f / 65536.0f) * springls__into_face(face, s);
-    arc->corner[0] = springls__with_along(x, s->across_edge, springls__along(x, s->across_edge) + up);
-    arc->corners = 1;
-}
-
-SPRINGLS__INNER float springls__ends_distance(const springls__arc_section *s)
-{
-    return springls__fabs(springls__along(s->p.x, s->along_edge) - springls__along(s->q.x, s->along_edge));
-}
-
-/* Takes the corners of an arc away, but for a low one where both ends lie on one edge. */
-SPRINGLS__MATHS void springls__make_plain(const springls__face *face, const springls__arc_section *s, float slope, springls__arc *arc)
-{
-    arc->corners = 0;
-    if (s->along_edge >= 0) springls__low_corner(face, s, slope * springls__ends_distance(s), arc);
-}
-
-/* Gives an arc its corners. */
-SPRINGLS__MATHS void springls__find_corners(const springls__model *model, const springls__contour *contour,
-                                            const springls__face *face, const springls__arc_section *s, springls__arc *arc)
-{
-    const bool rim = s->cosine < SPRINGLS__RIM_COSINE || s->along_edge >= 0;
-    springls__v3 x;
-    if (!rim && s->cosine > SPRINGLS__SHARP_COSINE) return;
-    if (!(s->cosine < SPRINGLS__RIM_COSINE) && !(s->along_edge >= 0 && s->cosine >= 0.9f) && springls__tangents_meet(face, s, &x)) {
-        arc->corner[0] = springls__rounded_corner(model, contour, s, x);
-        arc->corners = 1;
-        return;
-    }
-    if (!rim && s->cosine > 0.0f) return;
-    if (s->along_edge >= 0 && s->cosine > 0.5f && springls__is_supported(&s->p) && springls__is_supported(&s->q)) {
-        const float c = springls__half_cosine(s); /* a cap that comes over the edge: an arc, tan(theta/4) high */
-        const float height = springls__sqrt(springls__max(1.0f - c, 0.0f) / (1.0f + c)) + 0.02f;
-        springls__low_corner(face, s, springls__min(0.5f * springls__ends_distance(s) * height, 0.5f), arc);
-        return;
-    }
-    springls__round_rim(model, contour, face, s, arc);
-}
-
-/* ---- arcs that cross ---- */
-
-/* Returns twice the area of a triangle in a face, exactly, in units of 2^-32 voxel^2. */
-SPRINGLS__MATHS int64_t springls__face_area(const springls__face *face, springls__v3 x, springls__v3 y, springls__v3 z)
-{
-    const float s = 65536.0f, ob = springls__along(x, face->b), oc = springls__along(x, face->c);
-    const int64_t yb = (int64_t)((springls__along(y, face->b) - ob) * s), yc = (int64_t)((springls__along(y, face->c) - oc) * s);
-    const int64_t zb = (int64_t)((springls__along(z, face->b) - ob) * s), zc = (int64_t)((springls__along(z, face->c) - oc) * s);
-    return yb * zc - yc * zb;
-}
-
-SPRINGLS__INNER bool springls__opposite(int64_t a, int64_t b) { return (a <= 0 && b >= 0) || (a >= 0 && b <= 0); }
-
-/* Returns point k of an arc: its ends and the corners between. */
-SPRINGLS__INNER springls__v3 springls__arc_point(const springls__contour *contour, const springls__arc *arc, int k)
-{
-    if (k == 0) return contour->crossing[arc->from].x;
-    return k <= arc->corners ? arc->corner[k - 1] : contour->crossing[arc->to].x;
-}
-
-/* Returns whether two arcs meet. */
-SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const springls__face *face, const springls__arc *one,
-                                         const springls__arc *two)
-{
-    int i, j;
-    for (i = 0; i <= one->corners; i++)
-        for (j = 0; j <= two->corners; j++) {
-            const springls__v3 p = springls__arc_point(contour, one, i), q = springls__arc_point(contour, one, i + 1);
-            const springls__v3 r = springls__arc_point(contour, two, j), s = springls__arc_point(contour, two, j + 1);
-            if (springls__opposite(springls__face_area(face, p, q, r), springls__face_area(face, p, q, s))
-                && springls__opposite(springls__face_area(face, r, s, p), springls__face_area(face, r, s, q))) return true;
-        }
-    return false;
-}
-
-/* Takes corners away from arcs that meet, until none do. */
-SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,
-                                         springls__face_work *work)
-{
-    float slope = 0.05f;
-    int round, i, j;
-    bool some = true;
-    for (round = 0; round < 12 && some; round++) {
-        some = false;
-        for (i = 0; i < arcs; i++)
-            for (j = i + 1; j < arcs; j++) {
-                springls__arc_section one, two;
-                if (!springls__arcs_meet(contour, face, &work->arc[i], &work->arc[j])) continue;
-                some = true;
-                one = springls__section_of_arc(contour, face, &work->arc[i]);
-                two = springls__section_of_arc(contour, face, &work->arc[j]);
-                springls__make_plain(face, &one, slope, &work->arc[i]);
-                springls__make_plain(face, &two, slope, &work->arc[j]);
-            }
-        if (round > 1) slope *= 0.3f;
-    }
-}
-
-/* ---- the kernels ---- */
-
-/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
-SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
-{
-    int k, before;
-    for (k = 0; k < 2; k++) {
-        const int across = k ? springls__axis_after(axis) : springls__axis_after(springls__axis_after(axis)), beside = 3 - axis - across;
-        int node[3];
-        for (before = 0; before < 2; before++) {
-            node[axis] = at[axis];
-            node[across] = at[across];
-            node[beside] = at[beside] - before;
-            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
-                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
-        }
-    }
-}
-
-/* Counts the arcs of the faces of brick b. Each joins two crossings. */
-SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int axis, u, v, k, at[3];
-    for (k = 0; k < 1536; k++) work->ends[k] = 0;
-    for (axis = 0; axis < 3; axis++)
-        for (v = 0; v < 9; v++)
-            for (u = 0; u < 9; u++) {
-                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
-                int node, owner;
-                at[axis] = 0;
-                at[p] = u;
-                at[q] = v;
-                owner = springls__table_node(brick, at, &node);
-                if (owner < 0) continue;
-                if (contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line]
-                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
-                for (; at[axis] < 8; at[axis]++) {
-                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
-                    if (crossings) springls__add_ends(at, axis, crossings, work);
-                }
-            }
-    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
-}
-
-/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
-SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                             const int of_node[3], int axis)
-{
-    int before[3], node, b, k;
-    for (k = 0; k < 3; k++) before[k] = of_node[k] - (k == axis);
-    if (brick->plain[springls__voxel_in_brick(of_node[0], of_node[1], of_node[2])]) return true;
-    b = springls__table_node(brick, before, &node);
-    return b >= 0 && contour->brick[b].plain[node];
-}
-
-/* Finds the arcs of a face. */
-SPRINGLS__MATHS void springls__find_face_arcs(const springls__model *model, const springls__contour *contour,
-                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const springls__face *face,
-                                              const int of_node[3], springls__owned owned, springls__face_work *work)
-{
-    const bool plain = springls__is_plain_face(contour, brick, of_node, face->axis);
-    int i;
-    springls__join_border(contour, face, springls__face_border(contour, brick, face, of_node, work), work);
-    for (i = 0; i < owned.count; i++) {
-        const springls__arc_section section = springls__section_of_arc(contour, face, &work->arc[i]);
-        if (!plain) springls__find_corners(model, contour, face, &section, &work->arc[i]);
-        if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0)) springls__make_plain(face, &section, 0.05f, &work->arc[i]);
-        work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
-        work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
-    }
-    springls__part_arcs(contour, face, owned.count, work);
-    for (i = 0; i < owned.count; i++) {
-        springls__arc arc = work->arc[i];
-        arc.corner[0] = springls__snapped3(arc.corner[0]);
-        arc.corner[1] = springls__snapped3(arc.corner[1]);
-        contour->arc[owned.first + i] = arc;
-    }
-}
-
-/* Finds the arcs of the faces of brick b. */
-SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
-                                         springls__face_work *work)
-{
-    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
-    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
-    int k;
-    for (k = 0; k < 1536; k++) {
-        springls__owned owned;
-        springls__face face;
-        int of_node[3];
-        if ((k & 7) == 0 && begin[k >> 3] == begin[(k >> 3) + 1]) {
-            k += 7;
-            continue;
-        }
-        if (brick->arcs[k] == 0) continue;
-        face.axis = k >> 9;
-        face.b = springls__axis_after(face.axis);
-        face.c = springls__axis_after(face.b);
-        springls__node_of_brick(k & 511, of_node);
-        springls__place_of_node(brick, k & 511, face.o);
-        owned = springls__arcs_of_face(contour, brick, of_node, face.axis);
-        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);
-    }
-}
-
-/* ======== >>patches:kernel  (kernels_embed/output/patches.h) =================================================== */
-/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is
-   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell
-   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */
-
-#define SPRINGLS__CELL_ARCS (6 * SPRINGLS__FACE_ARCS)
-#define SPRINGLS__CELL_CORNERS (3 * SPRINGLS__CELL_ARCS)    /* of all cycles: an arc has a crossing and up to two corners  */
-#define SPRINGLS__CELL_RINGS (2 * SPRINGLS__CELL_CORNERS)   /* corners, with those that chords repeat                      */
-#define SPRINGLS__CELL_VERTICES (2 * SPRINGLS__CELL_CORNERS)
-#define SPRINGLS__CELL_TRIANGLES (2 * SPRINGLS__CELL_CORNERS)
-#define SPRINGLS__RING 32 /* a longer cycle is a fan */
-
-/* A vertex of a cell. id: a crossing; from first_corner on corners of arcs; below 0 a new one. n: of the surface; crosses: 1 for a crossing
-   that is supported by springls. */
-typedef struct springls__cell_vertex { springls__v3 x, n; int id, crosses, place[3]; } springls__cell_vertex;
-
-/* A corner of a cycle: the normals before and after it, the faces of the cell that it lies on, as bits; sharp: 1 for a corner of an arc. */
-typedef struct springls__cycle_corner { springls__v3 before, after; int vertex, faces, sharp; } springls__cycle_corner;
-
-/* An arc as the cell sees it: from one crossing to another; forward: 1 for the face's own way. */
-typedef struct springls__link { int from, to, arc, forward, face, used; } springls__link;
-
-/* Working memory of one brick. */
-typedef struct springls__cell_work {
-    uint8_t sides[512]; /* how many arcs the faces of each cell have */
-    springls__link link[SPRINGLS__CELL_ARCS];
-    springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];
-    springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */
-    int cycle_end[SPRINGLS__CELL_ARCS];
-    int ring_corner[SPRINGLS__CELL_RINGS], ring_next[SPRINGLS__CELL_RINGS], ring_seen[SPRINGLS__CELL_RINGS];
-    int ring[SPRINGLS__CELL_RINGS], whole_ring[SPRINGLS__CELL_RINGS], mate[SPRINGLS__CELL_CORNERS], sharp[SPRINGLS__RING];
-    float cost[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)];
-    int cut[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)], stack[4 * SPRINGLS__RING];
-    int triangle[3 * SPRINGLS__CELL_TRIANGLES];
-    int links, cycles, vertices, own_vertices, ring_nodes, triangles, origin[3];
-} springls__cell_work;
-
-/* ---- cycles ---- */
-
-/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
-SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                          const int of_node[3], springls__cell_work *work)
-{
-    int axis, side, k, at[3];
-    work->links = 0;
-    for (axis = 0; axis < 3; axis++)
-        for (side = 0; side < 2; side++) {
-            springls__owned owned;
-            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
-            owned = springls__arcs_of_face(contour, brick, at, axis);
-            for (k = 0; k < owned.count; k++) {
-                springls__link *link = &work->link[work->links++];
-                link->arc = owned.first + k;
-                link->forward = side;
-                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
-                link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;
-                link->face = 1 << (2 * axis + side);
-                link->used = 0;
-            }
-        }
-}
-
-SPRINGLS__MATHS int springls__add_cell_vertex(springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
-                                              bool crosses)
-{
-    springls__cell_vertex *v = &work->vertex[work->vertices];
-    const float scale = 65536.0f;
-    v->id = id;
-    v->x = x;
-    v->n = n;
-    v->crosses = crosses;
-    v->place[0] = (int)((x.x - (float)work->origin[0]) * scale);
-    v->place[1] = (int)((x.y - (float)work->origin[1]) * scale);
-    v->place[2] = (int)((x.z - (float)work->origin[2]) * scale);
-    return work->vertices++;
-}
-
-/* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */
-SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,
-                                       int corners, springls__cell_work *work)
-{
-    const springls__crossing begin = contour->crossing[link->from];
-    const springls__arc arc = contour->arc[link->arc];
-    springls__cycle_corner *c = &work->corner[corners++];
-    int k;
-    c->before = c->after = begin.n;
-    c->faces = link->face | face_before;
-    c->sharp = 0;
-    c->vertex = springls__add_cell_vertex(work, link->from, begin.x, begin.n, springls__length2(begin.n) > 0.0f);
-    for (k = 0; k < arc.corners; k++) {
-        const int n = link->forward ? k : arc.corners - 1 - k;
-        const springls__v3 first = n == 0 ? contour->crossing[arc.from].n : arc.rim;
-        const springls__v3 last = n == arc.corners - 1 ? contour->crossing[arc.to].n : arc.rim;
-        c = &work->corner[corners++];
-        c->before = link->forward ? first : last;
-        c->after = link->forward ? last : first;
-        c->faces = link->face;
-        c->sharp = 1;
-        c->vertex = springls__add_cell_vertex(work, first_corner + 2 * link->arc + n, arc.corner[n],
-                                              springls__normalize(springls__add(first, last)), false);
-    }
-    return corners;
-}
-
-/* Returns the link that begins where another ends. */
-SPRINGLS__MATHS int springls__link_after(const springls__cell_work *work, int to)
-{
-    int k;
-    for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;
-    return k;
-}
-
-/* Finds the cycles of a cell. */
-SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,
-                                           springls__cell_work *work)
-{
-    int first, k, corners = 0;
-    work->cycles = work->vertices = 0;
-    for (first = 0; first < work->links; first++) {
-        int face_before = 0;
-        if (work->link[first].used) continue;
-        for (k = first; work->link[springls__link_after(work, work->link[k].to)].used == 0; ) {
-            work->link[k].used = 1;
-            k = springls__link_after(work, work->link[k].to);
-        }
-        face_before = work->link[k].face; /* of the last link, which ends where the first begins */
-        work->link[k].used = 1;
-        k = first;
-        do {
-            const springls__link link = work->link[k];
-            corners = springls__add_link(contour, first_corner, &link, face_before, corners, work);
-            face_before = link.face;
-            k = springls__link_after(work, link.to);
-        } while (k != first);
-        work->cycle_end[work->cycles++] = corners;
-    }
-    work->own_vertices = work->vertices;
-}
-
-/* ---- triangles ---- */
-
-SPRINGLS__INNER void springls__add_triangle(springls__cell_work *work, int a, int b, int c)
-{
-    int *t = work->triangle + 3 * work->triangles++;
-    t[0] = a;
-    t[1] = b;
-    t[2] = c;
-}
-
-/* Returns the vertex of corner k of the ring. */
-SPRINGLS__INNER int springls__ring_vertex(const springls__cell_work *work, int k)
-{
-    return work->corner[work->ring[k]].vertex;
-}
-
-/* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */
-SPRINGLS__MATHS float springls__triangle_cost(const springls__cell_work *work, int i, int j, int k)
-{
-    const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };
-    const springls__v3 p = work->vertex[v[0]].x;
-    const springls__v3 n = springls__cross(springls__sub(work->vertex[v[1]].x, p), springls__sub(work->vertex[v[2]].x, p));
-    const float area = springls__length(n);
-    float sum = 0.01f;
-    int c;
-    if (area < 1e-12f) return 1e-3f;
-    for (c = 0; c < 3; c++) {
-        const float off = 1.0f - springls__dot(n, work->vertex[v[c]].n) / area;
-        if (work->vertex[v[c]].crosses) sum += off * off;
-    }
-    return area * sum + 1e-4f;
-}
-
-/* Returns what a diagonal costs: none may lie in a face of the cell. */
-SPRINGLS__INNER float springls__diagonal_cost(const springls__cell_work *work, int n, int i, int j)
-{
-    if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;
-    return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;
-}
-
-/* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */
-SPRINGLS__MATHS bool springls__triangulate(int n, springls__cell_work *work)
-{
-    const int row = SPRINGLS__RING;
-    int width, i, k, top = 0;
-    if (n < 3 || n > SPRINGLS__RING) return false;
-    for (i = 0; i + 1 < n; i++) work->cost[row * i + i + 1] = 0.0f;
-    for (width = 2; width < n; width++)
-        for (i = 0; i + width < n; i++) {
-            const int j = i + width;
-            float best = 1e30f;
-            for (k = i + 1; k < j; k++) {
-                const float cost = work->cost[row * i + k] + work->cost[row * k + j] + springls__triangle_cost(work, i, k, j)
-                                 + springls__diagonal_cost(work, n, i, k) + springls__diagonal_cost(work, n, k, j);
-                if (cost >= best) continue;
-                best = cost;
-                work->cut[row * i + j] = k;
-            }
-            work->cost[row * i + j] = best;
-        }
-    if (work->cost[n - 1] >= 1e6f) return false;
-    work->stack[top++] = 0;
-    work->stack[top++] = n - 1;
-    while (top > 0) {
-        const int j = work->stack[--top];
-        i = work->stack[--top];
-        if (j - i < 2) continue;
-        k = work->cut[row * i + j];
-        springls__add_triangle(work, springls__ring_vertex(work, i), springls__ring_vertex(work, k), springls__ring_vertex(work, j));
-        work->stack[top++] = i;
-        work->stack[top++] = k;
-        work->stack[top++] = k;
-        work->stack[top++] = j;
-    }
-    return true;
-}
-
-/* Returns the middle of the ring's n corners. */
-SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, const springls__cell_work *work)
-{
-    springls__v3 sum = springls__zero3();
-    int k;
-    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].x);
-    return springls__scale(sum, 1.0f / (float)n);
-}
-
-/* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */
-SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, const springls__cell_work *work)
-{
-    const springls__v3 middle = springls__ring_middle(n, work);
-    float m[3][4], x[3], c[3];
-    int k, i, j, r;
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 4; j++) m[i][j] = i == j ? 0.05f : 0.0f;
-    for (k = 0; k < n; k++) {
-        const springls__v3 p = work->vertex[springls__ring_vertex(work, k)].x, q = work->vertex[springls__ring_vertex(work, k)].n;
-        const float height = springls__dot(q, springls__sub(p, middle));
-        if (!work->vertex[springls__ring_vertex(work, k)].crosses) continue;
-        for (i = 0; i < 3; i++) {
-            for (j = 0; j < 3; j++) m[i][j] += springls__along(q, i) * springls__along(q, j);
-            m[i][3] += springls__along(q, i) * height;
-        }
-    }
-    for (i = 0; i < 3; i++)
-        for (r = i + 1; r < 3; r++) {
-            const float f = m[r][i] / m[i][i];
-            for (j = i; j < 4; j++) m[r][j] -= f * m[i][j];
-        }
-    for (i = 2; i >= 0; i--) {
-        const float low = (float)work->origin[i] + 1.0f / 128.0f;
-        x[i] = m[i][3];
-        for (j = i + 1; j < 3; j++) x[i] -= m[i][j] * x[j];
-        x[i] /= m[i][i];
-        c[i] = springls__clamp(springls__along(middle, i) + x[i], low, low + 126.0f / 128.0f);
-    }
-    return springls__snapped3(springls__v3_make(c[0], c[1], c[2]));
-}
-
-/* Adds a vertex inside the cell, with the mean normal of the ring. */
-SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, springls__cell_work *work)
-{
-    springls__v3 sum = springls__zero3();
-    int k;
-    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].n);
-    return springls__add_cell_vertex(work, -1, x, springls__normalize(sum), false);
-}
-
-/* Fills the ring by a fan around x. */
-SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, springls__cell_work *work)
-{
-    const int v = springls__add_inner_vertex(n, x, work);
-    int k;
-    for (k = 0; k < n; k++)
-        springls__add_triangle(work, springls__ring_vertex(work, k), springls__ring_vertex(work, k + 1 < n ? k + 1 : 0), v);
-}
-
-/* ---- creases: chords and apexes ---- */
-
-/* Returns what it costs to join corners p and q of two faces as ends of one crease: little where the sides are the same. */
-SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, const springls__cycle_corner *q)
-{
-    if (p->faces & q->faces) return 9.0f;
-    return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));
-}
-
-/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
-   or -1. Returns how many have none. */
-SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
-{
-    const float alone = 0.3f;
-    const int row = SPRINGLS__RING + 1;
-    int width, i, j, top = 0, lone = 0;
-    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
-    for (width = 1; width <= n; width++)
-        for (i = 0; i + width <= n; i++) {
-            const int end = i + width;
-            float best = work->cost[row * (i + 1) + end] + alone;
-            work->cut[row * i + end] = -1;
-            for (j = i + 1; j < end; j++) {
-                const springls__cycle_corner p = work->corner[work->sharp[i]], q = work->corner[work->sharp[j]];
-                const float cost = springls__chord_cost(&p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + end];
-                if (cost >= best) continue;
-                best = cost;
-                work->cut[row * i + end] = j;
-            }
-            work->cost[row * i + end] = best;
-        }
-    for (i = 0; i < n; i++) work->mate[work->sharp[i]] = -1;
-    work->stack[top++] = 0;
-    work->stack[top++] = n;
-    while (top > 0) {
-        const int end = work->stack[--top];
-        i = work->stack[--top];
-        if (i >= end) continue;
-        j = work->cut[row * i + end];
-        lone += j < 0;
-        if (j >= 0) {
-            work->mate[work->sharp[i]] = work->sharp[j];
-            work->mate[work->sharp[j]] = work->sharp[i];
-        }
-        work->stack[top++] = i + 1;
-        work->stack[top++] = j < 0 ? end : j;
-        if (j < 0) continue;
-        work->stack[top++] = j + 1;
-        work->stack[top++] = end;
-    }
-    return lone;
-}
-
-/* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */
-SPRINGLS__MATHS int springls__pair_last(int n, springls__cell_work *work)
-{
-    int i, first = -1, last = -1;
-    for (i = 0; i < n; i++) {
-        if (work->mate[work->sharp[i]] >= 0) continue;
-        if (first < 0) first = i;
-        last = i;
-    }
-    if (work->corner[work->sharp[first]].faces & work->corner[work->sharp[last]].faces) return 2;
-    for (i = first + 1; i < last; i++) {
-        const int mate = work->mate[work->sharp[i]];
-        if (mate < work->sharp[first] || mate > work->sharp[last]) return 2;
-    }
-    work->mate[work->sharp[first]] = work->sharp[last];
-    work->mate[work->sharp[last]] = work->sharp[first];
-    return 0;
-}
-
-/* Cuts the ring between corners a and b along their chord: two more nodes of rings. */
-SPRINGLS__MATHS void springls__cut_ring(int a, int b, springls__cell_work *work)
-{
-    const int again_a = work->ring_nodes, again_b = again_a + 1;
-    if (work->ring_next[a] == b || work->ring_next[b] == a) return;
-    work->ring_corner[again_a] = work->ring_corner[a];
-    work->ring_corner[again_b] = work->ring_corner[b];
-    work->ring_next[again_a] = work->ring_next[a];
-    work->ring_next[again_b] = work->ring_next[b];
-    work->ring_next[a] = again_b;
-    work->ring_next[b] = again_a;
-    work->ring_seen[again_a] = work->ring_seen[again_b] = 0;
-    work->ring_nodes += 2;
-}
-
-/* Collects the ring that a node is in. Returns its length. */
-SPRINGLS__MATHS int springls__collect_ring(int node, springls__cell_work *work)
-{
-    int n = 0, k = node;
-    do {
-        work->ring[n++] = work->ring_corner[k];
-        work->ring_seen[k] = 1;
-        k = work->ring_next[k];
-    } while (k != node);
-    return n;
-}
-
-SPRINGLS__INNER bool springls__is_spoke(const springls__cell_work *work, int corner)
-{
-    return work->corner[corner].sharp && work->mate[corner] < 0;
-}
-
-/* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */
-SPRINGLS__MATHS void springls__fill_sectors(int n, springls__cell_work *work)
-{
-    springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
-    const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);
-    int first, k, c, length;
-    corner->vertex = apex;
-    corner->faces = corner->sharp = 0;
-    corner->before = corner->after = springls__zero3();
-    for (k = 0; k < n; k++) work->whole_ring[k] = work->ring[k];
-    for (first = 0; first < n; first++) {
-        if (!springls__is_spoke(work, work->whole_ring[first])) continue;
-        work->ring[0] = SPRINGLS__CELL_CORNERS;
-        length = 1;
-        k = first;
-        do {
-            work->ring[length++] = work->whole_ring[k];
-            k = k + 1 < n ? k + 1 : 0;
-        } while (!springls__is_spoke(work, work->whole_ring[k]));
-        work->ring[length++] = work->whole_ring[k];
-        if (springls__triangulate(length, work)) continue;
-        for (c = 1; c + 1 < length; c++)
-            springls__add_triangle(work, apex, springls__ring_vertex(work, c), springls__ring_vertex(work, c + 1));
-    }
-}
-
-/* Fills the cycle of corners [first, end). */
-SPRINGLS__MATHS void springls__fill_cycle(int first, int end, springls__cell_work *work)
-{
-    int k, n = 0, lone = 0;
-    work->ring_nodes = end;
-    for (k = first; k < end; k++) {
-        work->ring_corner[k] = k;
-        work->ring_next[k] = k + 1 < end ? k + 1 : first;
-        work->ring_seen[k] = 0;
-        work->mate[k] = -1;
-        if (work->corner[k].sharp && n < SPRINGLS__RING) work->sharp[n++] = k;
-    }
-    if (n >= 2 && end - first <= SPRINGLS__RING) {
-        lone = springls__pair_corners(n, work);
-        if (lone == 2) lone = springls__pair_last(n, work);
-        for (k = 0; k < n; k++)
-            if (work->mate[work->sharp[k]] > work->sharp[k]) springls__cut_ring(work->sharp[k], work->mate[work->sharp[k]], work);
-    }
-    for (k = first; k < work->ring_nodes; k++) {
-        int length, c, spokes = 0;
-        if (work->ring_seen[k]) continue;
-        length = springls__collect_ring(k, work);
-        for (c = 0; c < length; c++) spokes += springls__is_spoke(work, work->ring[c]);
-        if (lone >= 3 && spokes >= 3) springls__fill_sectors(length, work);
-        else if (!springls__triangulate(length, work)) springls__add_fan(length, springls__ring_apex(length, work), work);
-    }
-}
-
-/* ---- triangles that cross ---- */
-
-/* Returns six times the volume of a tetrahedron, exactly. */
-SPRINGLS__MATHS int64_t springls__place_volume(const springls__cell_work *work, int a, int b, int c, int d)
-{
-    const int *o = work->vertex[a].place;
-    int64_t x[3], y[3], z[3];
-    int k;
-    for (k = 0; k < 3; k++) {
-        x[k] = work->vertex[b].place[k] - o[k];
-        y[k] = work->vertex[c].place[k] - o[k];
-        z[k] = work->vertex[d].place[k] - o[k];
-    }
-    return x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
-}
-
-/* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */
-SPRINGLS__MATHS bool springls__pierces(const springls__cell_work *work, int p, int q, const int *t)
-{
-    const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);
-    int64_t u, v, w;
-    if (!springls__opposite(s, e) || (s == 0 && e == 0)) return false;
-    u = springls__place_volume(work, p, q, t[0], t[1]);
-    v = springls__place_volume(work, p, q, t[1], t[2]);
-    w = springls__place_volume(work, p, q, t[2], t[0]);
-    return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
-}
-
-/* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */
-SPRINGLS__MATHS bool springls__is_folded(const springls__cell_work *work, int p, int q, int a, int b)
-{
-    const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));
-    springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);
-    u = springls__mad(u, side, -springls__dot(u, side));
-    v = springls__mad(v, side, -springls__dot(v, side));
-    return springls__dot(u, v) > 0.99999f * springls__length(u) * springls__length(v);
-}
-
-/* Returns whether two triangles of a cell meet but in the corners that they share. */
-SPRINGLS__MATHS bool springls__triangles_meet(const springls__cell_work *work, const int *s,
-                                              const int *t)
-{
-    int at_s[3], at_t[3], shared = 0, i, j;
-    for (i = 0; i < 3; i++)
-        for (j = 0; j < 3; j++)
-            if (s[i] == t[j] && shared < 3) {
-                at_s[shared] = i;
-                at_t[shared++] = j;
-            }
-    if (shared == 3) return true;
-    if (shared == 2) return springls__is_folded(work, s[at_s[0]], s[at_s[1]], s[3 - at_s[0] - at_s[1]], t[3 - at_t[0] - at_t[1]]);
-    for (i = 0; i < 3; i++) {
-        const int next = i < 2 ? i + 1 : 0; /* with a corner shared, the side across from it alone */
-        if ((shared == 0 || (i != at_s[0] && next != at_s[0])) && springls__pierces(work, s[i], s[next], t)) return true;
-        if ((shared == 0 || (i != at_t[0] && next != at_t[0])) && springls__pierces(work, t[i], t[next], s)) return true;
-    }
-    return false;
-}
-
-SPRINGLS__MATHS bool springls__any_meet(const springls__cell_work *work)
-{
-    int i, j;
-    for (i = 0; i < work->triangles; i++)
-        for (j = i + 1; j < work->triangles; j++)
-            if (springls__triangles_meet(work, work->triangle + 3 * i, work->triangle + 3 * j)) return true;
-    return false;
-}
-
-/* ---- the cell ---- */
-
-/* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */
-SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
-{
-    const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);
-    int cycle, k, begin = 0;
-    work->vertices = work->own_vertices;
-    work->triangles = 0;
-    for (cycle = 0; cycle < work->cycles; cycle++) {
-        const int n = work->cycle_end[cycle] - begin;
-        springls__v3 x;
-        for (k = 0; k < n; k++) work->ring[k] = begin + k;
-        x = way == 0 ? springls__ring_apex(n, work) : springls__ring_middle(n, work);
-        if (way == 2) x = springls__lerp(x, springls__add(o, springls__v3_make(0.5f, 0.5f, 0.5f)), 0.02f);
-        springls__add_fan(n, springls__snapped3(x), work);
-        begin = work->cycle_end[cycle];
-    }
-}
-
-/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
-SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                         const int of_node[3], springls__cell_work *work)
-{
-    int cycle, way, k, begin = 0;
-    bool plain;
-    springls__list_links(contour, brick, of_node, work);
-    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
-    springls__find_cycles(contour, contour->first_corner, work);
-    plain = work->cycles == 1;
-    for (cycle = 0; cycle < work->cycles; cycle++) {
-        springls__fill_cycle(begin, work->cycle_end[cycle], work);
-        for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;
-        begin = work->cycle_end[cycle];
-    }
-    if (plain || !springls__any_meet(work)) return true;
-    for (way = 0; way < 3; way++) {
-        springls__fill_by_fans(way, work);
-        if (!springls__any_meet(work)) return true;
-    }
-    return false;
-}
-
-/* Counts the arcs on the faces of each cell of brick b. Returns their sum. */
-SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
-{
-    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
-    int k, axis, sum = 0, at[3];
-    for (k = 0; k < 512; k++) work->sides[k] = 0;
-    for (axis = 0; axis < 3; axis++) {
-        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
-        const bool some = brick->begin[SPRINGLS__OF_ARCS][64 * axis] != brick->begin[SPRINGLS__OF_ARCS][64 * axis + 64];
-        for (k = 0; k < 512 && some; k++) { /* each is a side of two cells */
-            const int arcs = brick->arcs[512 * axis + k];
-            if (arcs == 0) continue;
-            springls__node_of_brick(k, at);
-            work->sides[k] += (uint8_t)arcs;
-            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
-        }
-        for (k = 0; k < 64 && next >= 0; k++)
-            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
-    }
-    for (k = 0; k < 512; k++) sum += work->sides[k];
-    return sum;
-}
-
-/* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which
-   triangles cross. */
-SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, springls__cell_work *work)
-{
-    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    int node, k;
-    brick->triangles = brick->inner = 0;
-    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
-    if (springls__count_links(contour, b, work) == 0) return;
-    for (node = 0; node < 512; node++) {
-        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
-        int of_node[3];
-        if (work->sides[node] == 0) continue;
-        springls__node_of_brick(node, of_node);
-        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
-        if (!springls__fill_cell(contour, brick, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
-        for (k = work->own_vertices; k < work->vertices; k++) {
-            springls__crossing v;
-            v.x = work->vertex[k].x;
-            v.n = work->vertex[k].n;
-            v.side = 0;
-            v.springl = -1;
-            work->vertex[k].id = contour->first_inner + brick->first_inner + brick->inner;
-            contour->inner[brick->first_inner + brick->inner++] = v;
-        }
-        for (k = 0; k < 3 * work->triangles; k++) corners[k] = work->vertex[work->triangle[k]].id;
-        brick->triangles += work->triangles;
-    }
-}
-
-/* ======== >>surface_table  (src/output/surface_table.h) ======================================================== */
-/* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
-   faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
-   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
-
-typedef enum springls__surface_kernel {
-    SPRINGLS__SURFACE_SORT_HITS,
-    SPRINGLS__SURFACE_WEIGH_HITS,
-    SPRINGLS__SURFACE_FIND_SIDES,
-    SPRINGLS__SURFACE_COUNT_CROSSINGS,
-    SPRINGLS__SURFACE_FIND_CROSSINGS,
-    SPRINGLS__SURFACE_COUNT_ARCS,
-    SPRINGLS__SURFACE_FIND_ARCS,
-    SPRINGLS__SURFACE_COUNT_LINKS,
-    SPRINGLS__SURFACE_FIND_PATCHES
-} springls__surface_kernel;
-
-/* The table while it is made. */
-typedef struct springls__surface_job {
-    springls_context *ctx;
-    springls__contour contour;
-    springls__surfel *surfel;
-    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
-    int *first_found;
-    springls__surface_kernel kernel;
-    int bricks;
-    size_t table_size;
-} springls__surface_job;
-
-/* Working memory of one lane. */
-typedef union springls__surface_work {
-    springls__trims trims;
-    springls__line_work line;
-    springls__face_work face;
-    springls__cell_work cell;
-} springls__surface_work;
-
-SPRINGLS__FN springls_status springls__reserve_table(springls_context *ctx, int buffer, size_t count, size_t element)
-{
-    return springls__buffer_grow(ctx, &ctx->surface_memory[buffer], count + 1, element, 0);
-}
-
-/* ---- kernels ---- */
-
-SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, float *memory)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    const springls__contour *contour = &job->contour;
-    springls__surface_work *work = (springls__surface_work *)(void *)memory;
-    for (; begin < end; begin++) {
-        if (contour->brick[begin].ready) continue;
-        switch (job->kernel) {
-        case SPRINGLS__SURFACE_SORT_HITS: springls__sort_hits(contour, begin); break;
-        case SPRINGLS__SURFACE_WEIGH_HITS: springls__weigh_hits(contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
-        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
-        case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
-        case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
-        case SPRINGLS__SURFACE_FIND_PATCHES: springls__find_patches(contour, begin, &work->cell); break;
-        }
-    }
-}
-
-SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel)
-{
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
-    job->kernel = kernel;
-    springls__do_work(job->ctx, springls__surface_brick_task, job, floats, 0, job->bricks, 1);
-    return SPRINGLS_OK;
-}
-
-/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
-SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    for (; begin < end && begin < model->grid.active_count; begin++)
-        springls__find_creased(model, job->surfel, model->grid.active[begin]);
-    for (; begin < end; begin++) {
-        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
-        job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
-    }
-}
-
-/* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
-
-/* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
-SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
-{
-    const size_t size = job->table_size;
-    int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
-    size_t slot = springls__hash3((uint32_t)(place[0] + 1), (uint32_t)(place[1] + 1), (uint32_t)(place[2] + 1)) & (size - 1);
-    for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
-        const int *other = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)table[slot];
-        if (other[0] == place[0] && other[1] == place[1] && other[2] == place[2]) break;
-    }
-    return table + slot;
-}
-
-/* Finds the place of the d-th brick around another. */
-SPRINGLS__FN void springls__place_around(const int center[3], int d, int place[3])
-{
-    place[0] = center[0] + d % 3 - 1;
-    place[1] = center[1] + d / 3 % 3 - 1;
-    place[2] = center[2] + d / 9 - 1;
-}
-
-/* Makes the bricks of the table, without contents. */
-SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
-{
-    springls_context *ctx = job->ctx;
-    const springls__grid *g = &ctx->model.grid;
-    const size_t most = 27 * (size_t)g->active_count, size = springls__table_size(most);
-    int i, d, k, place[3], center[3], *places, *table;
-    size_t slot;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
-    table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
-    places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
-    job->table_size = size;
-    for (slot = 0; slot < size; slot++) table[slot] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__brick_place(g, g->slot_brick[g->active[i]], center);
-        for (d = 0; d < 27; d++) {
-            int *at;
-            springls__place_around(center, d, place);
-            at = springls__surface_slot(job, place);
-            if (*at >= 0) continue;
-            *at = job->bricks;
-            memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
-        }
-    }
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
-    job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
-    for (i = 0; i < job->bricks; i++)
-        for (d = 14; d < 27; d++) job->contour.brick[i].around[d] = -1;
-    for (i = 0; i < job->bricks; i++) {
-        springls__surface_brick *brick = job->contour.brick + i;
-        int last[3];
-        for (k = 0; k < 3; k++) {
-            brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
-            last[k] = brick->origin[k] + SPRINGLS__BRICK - 1;
-        }
-        brick->slot = -1;
-        if (springls__grid_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
-            && springls__grid_contains(g, last[0], last[1], last[2]))
-            brick->slot = springls__table_contains(g, last[0], last[1], last[2])
-                       && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
-                        ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
-        brick->ready = 0;
-        memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
-        memset(brick->beside_hits, 0, sizeof brick->beside_hits);
-        memset(brick->plain, 0, sizeof brick->plain);
-        brick->around[13] = i;
-        for (d = 0; d < 13; d++) { /* the others are found from there */
-            int other;
-            springls__place_around(places + 3 * (size_t)i, d, place);
-            other = *springls__surface_slot(job, place);
-            brick->around[d] = other;
-            if (other >= 0) job->contour.brick[other].around[26 - d] = i;
-        }
-    }
-    return SPRINGLS_OK;
-}
-
-/* ---- hits ---- */
-
-/* Makes the surfels of springls. */
-SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    int place[3], k;
-    for (; begin < end; begin++) {
-        springls__surfel *surfel = job->surfel + begin;
-        surfel->p = model->set.s[begin].p;
-        surfel->n = springls__springl_normal(model->set.s[begin]);
-        springls__voxel_of_place(&model->grid, surfel->p, place);
-        for (k = 0; k < 3; k++) place[k] >>= 3;
-        surfel->home = *springls__surface_slot(job, place);
-    }
-}
-
-SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    springls__trims trims;
-    for (; begin < end; begin++)
-        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
-}
-
-/* Finds the hits of springls, and where those of the next one begin at most. */
-SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float *memory)
-{
-    const springls__surface_job *job = (const springls__surface_job *)arg;
-    springls__surface_work *work = (springls__surface_work *)(void *)memory;
-    for (; begin < end; begin++) {
-        springls__row_hit *found = job->found + job->first_found[begin];
-        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
-        if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
-    }
-}
-
-/* Fails when a count does not fit an int. */
-SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64_t count)
-{
-    return count > INT32_MAX / 8 ? springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles") : SPRINGLS_OK;
-}
-
-/* Returns how many crossings or arcs a row has. */
-SPRINGLS__FN int springls__count_of_row(const springls__surface_brick *brick, int of, int row)
-{
-    const uint8_t *count = (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row;
-    int k, sum = 0;
-    for (k = 0; k < 8; k++) sum += count[k];
-    return sum;
-}
-
-/* Finds where the contents of all rows begin, and makes room for them in a buffer; begin: how many hits each row has. total: their sum. */
-SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, int of, int buffer, size_t element, int *total)
-{
-    int64_t sum = 0;
-    int b, row;
-    for (b = 0; b < job->bricks; b++) {
-        int *begin = job->contour.brick[b].begin[of];
-        for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) {
-            const int count = of == SPRINGLS__OF_HITS ? begin[row] : springls__count_of_row(job->contour.brick + b, of, row);
-            begin[row] = (int)sum;
-            sum += count;
-        }
-        begin[SPRINGLS__TABLE_ROWS] = (int)sum;
-        SPRINGLS__TRY(springls__surface_fits(job->ctx, sum));
-    }
-    *total = (int)sum;
-    return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
-}
-
-/* Finds the hits of all springls, each at once. */
-SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
-{
-    springls_context *ctx = job->ctx;
-    const int count = ctx->model.set.count;
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    int64_t sum = 0;
-    int i;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
-    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
-    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
-    for (i = 0; i < count; i++) {
-        const int hits = job->first_found[i];
-        job->first_found[i] = (int)sum;
-        sum += hits;
-        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
-    }
-    job->first_found[count] = (int)sum;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
-    job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
-    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
-    return SPRINGLS_OK;
-}
-
-/* Returns the k-th hit that a springl has found, NULL at the end. */
-SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
-{
-    const springls__row_hit *hit = job->found + job->first_found[i] + k;
-    return job->first_found[i] + k < job->first_found[i + 1] && hit->row >= 0 ? hit : NULL;
-}
-
-/* Notes which bricks have no hits around them. */
-SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
-{
-    int b, k;
-    for (b = 0; b < job->bricks; b++) {
-        springls__surface_brick *brick = job->contour.brick + b;
-        brick->quiet = 1;
-        for (k = 0; k < 27; k++) {
-            const springls__surface_brick *other = job->contour.brick + brick->around[k];
-            if (brick->around[k] >= 0 && other->begin[SPRINGLS__OF_HITS][0] != other->begin[SPRINGLS__OF_HITS][SPRINGLS__TABLE_ROWS])
-                brick->quiet = 0;
-        }
-    }
-}
-
-/* Puts the hits of all springls into rows. */
-SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
-{
-    springls_context *ctx = job->ctx;
-    const springls__row_hit *hit;
-    int i, b, k, hits;
-    SPRINGLS__TRY(springls__springls_hits(job));
-    for (i = 0; i < ctx->model.set.count; i++)
-        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
-            job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
-    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
-    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
-    springls__find_quiet_bricks(job);
-    for (b = 0; b < job->bricks; b++) { /* begin[row + 1]: where the next hit goes */
-        int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
-        memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
-    }
-    for (i = 0; i < ctx->model.set.count; i++)
-        for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
-    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
-}
-
-/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
-SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
-{
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
-    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
-                                       &job->contour.first_corner));
-    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
-}
-
-/* Finds all arcs. */
-SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
-{
-    int arcs;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-    SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
-    job->contour.first_inner = job->contour.first_corner + 2 * arcs;
-    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
-}
-
-/* Makes room for triangles, and for vertices in cells. */
-SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
-{
-    springls_context *ctx = job->ctx;
-    int64_t sum = 0;
-    int b;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
-    for (b = 0; b < job->bricks; b++) {
-        job->contour.brick[b].first_triangle = 6 * (int)sum;
-        job->contour.brick[b].first_inner = 3 * (int)sum;
-        sum += job->contour.brick[b].links;
-        SPRINGLS__TRY(springls__surface_fits(ctx, 6 * sum));
-    }
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_TRIANGLE, 18 * (size_t)sum, sizeof(int)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_INNER, 3 * (size_t)sum, sizeof(springls__crossing)));
-    job->contour.corners = (int *)ctx->surface_memory[SPRINGLS__SURFACE_TRIANGLE].data;
-    job->contour.inner = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_INNER].data;
-    return SPRINGLS_OK;
-}
-
-/* ---- cells whose triangles cross ---- */
-
-/* The nearest two crossings of one edge that have been found, and where the row of the edge is. */
-typedef struct springls__near_pair { float gap; int brick, row, edge, crossing; } springls__near_pair;
-
-/* Looks for a nearer pair on an edge along an axis that begins at a node, which may be up to 8 beyond a brick's own. */
-SPRINGLS__FN springls__near_pair springls__nearer_pair(const springls__surface_job *job, const springls__surface_brick *brick,
-                                                       const int at[3], int axis, springls__near_pair best)
-{
-    const int b = springls__axis_after(axis), c = springls__axis_after(b);
-    const springls__owned owned = springls__crossings_of_edge(&job->contour, brick, at, axis);
-    int k, node;
-    for (k = owned.first; k + 1 < owned.first + owned.count; k++) {
-        const springls__crossing *pair = job->contour.crossing + k;
-        const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
-        if (gap >= best.gap) continue;
-        best.gap = gap;
-        best.crossing = k;
-        best.brick = springls__table_node(brick, at, &node);
-        best.row = 64 * axis + (at[b] & 7) + 8 * (at[c] & 7);
-        best.edge = 8 * best.row + (at[axis] & 7);
-    }
-    return best;
-}
-
-/* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
-SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int cell)
-{
-    springls__near_pair best = { FLT_MAX, -1, 0, 0, 0 };
-    springls__surface_brick *owner;
-    springls__crossing *crossing = job->contour.crossing;
-    int axis, side, end, at[3];
-    for (axis = 0; axis < 3; axis++)
-        for (side = 0; side < 4; side++) {
-            springls__node_of_brick(cell, at);
-            at[springls__axis_after(axis)] += side & 1;
-            at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
-            best = springls__nearer_pair(job, brick, at, axis, best);
-        }
-    if (best.brick < 0) return false;
-    owner = job->contour.brick + best.brick;
-    end = owner->begin[SPRINGLS__OF_CROSSINGS][best.row] + springls__count_of_row(owner, SPRINGLS__OF_CROSSINGS, best.row);
-    memmove(crossing + best.crossing, crossing + best.crossing + 2, (size_t)(end - best.crossing - 2) * sizeof *crossing);
-    owner->crossings[best.edge] = (uint8_t)(owner->crossings[best.edge] - 2);
-    return true;
-}
-
-/* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
-   Returns whether there is anything to do again. */
-SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
-{
-    bool some = false;
-    int b, node, d;
-    for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
-    for (b = 0; b < job->bricks; b++) {
-        springls__surface_brick *brick = job->contour.brick + b;
-        for (node = 0; node < 512; node++) {
-            if (!springls__bit_of(brick->conflict, node)) continue;
-            if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
-            brick->plain[node] = 1;
-            some = true;
-            for (d = 0; d < 27; d++)
-                if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
-        }
-    }
-    return some;
-}
-
-/* Finds all triangles. */
-SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *job)
-{
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    while (springls__simplify_cells(job)) {
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    }
-    return SPRINGLS_OK;
-}
-
-/* ---- the mesh ---- */
-
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals, springls: of a mesh of springls; else
-   NULL. */
-typedef struct springls__raw_mesh {
-    springls__v3 *positions, *normals;
-    int *springls, *triangles, vertex_count, triangle_count;
-} springls__raw_mesh;
-
-/* Returns a vertex by its number in the table. */
-SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface_job *job, int number)
-{
-    const springls__contour *contour = &job->contour;
-    springls__crossing v;
-    const springls__arc *arc;
-    int k;
-    if (number < contour->first_corner) return contour->crossing[number];
-    if (number >= contour->first_inner) return contour->inner[number - contour->first_inner];
-    arc = contour->arc + (number - contour->first_corner) / 2;
-    k = (number - contour->first_corner) % 2;
-    v.x = arc->corner[k];
-    v.n = springls__add(k == 0 ? contour->crossing[arc->from].n : arc->rim,
-                        k == arc->corners - 1 ? contour->crossing[arc->to].n : arc->rim);
-    v.side = 0;
-    v.springl = contour->crossing[k == 0 ? arc->from : arc->to].springl;
-    return v;
-}
-
-/* Finds the arrays of the mesh that is kept. */
-SPRINGLS__FN void springls__use_surface_mesh(const springls_context *ctx, springls__raw_mesh *mesh)
-{
-    mesh->positions = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_POSITION].data;
-    mesh->normals = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_NORMAL].data;
-    mesh->springls = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_SPRINGL].data;
-    mesh->triangles = (int *)ctx->surface_memory[SPRINGLS__SURFACE_MESH_CORNER].data;
-}
-
-/* Gathers the triangles of all bricks, and the vertices that they use in the order of their numbers. */
-SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job, springls__raw_mesh *mesh)
-{
-    springls_context *ctx = job->ctx;
-    const springls__surface_brick *last = job->contour.brick + job->bricks - 1;
-    const int numbers = job->contour.first_inner + last->first_inner + 3 * last->links;
-    int *rank, b, k, at = 0;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, (size_t)numbers, sizeof(int)));
-    rank = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
-    memset(rank, 0, (size_t)numbers * sizeof *rank);
-    for (b = 0; b < job->bricks; b++) {
-        const springls__surface_brick *brick = job->contour.brick + b;
-        for (k = 0; k < 3 * brick->triangles; k++) rank[job->contour.corners[3 * (size_t)brick->first_triangle + (size_t)k]] = 1;
-        mesh->triangle_count += brick->triangles;
-    }
-    for (k = 0; k < numbers; k++) rank[k] = rank[k] ? ++mesh->vertex_count : 0;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_POSITION, (size_t)mesh->vertex_count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_NORMAL, (size_t)mesh->vertex_count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_SPRINGL, (size_t)mesh->vertex_count, sizeof(int)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_MESH_CORNER, 3 * (size_t)mesh->triangle_count, sizeof(int)));
-    springls__use_surface_mesh(ctx, mesh);
-    for (k = 0; k < numbers; k++) {
-        springls__crossing v;
-        if (rank[k] == 0) continue;
-        v = springls__surface_vertex(job, k);
-        mesh->positions[rank[k] - 1] = v.x;
-        mesh->normals[rank[k] - 1] = v.n;
-        mesh->springls[rank[k] - 1] = v.springl;
-    }
-    for (b = 0; b < job->bricks; b++) {
-        const springls__surface_brick *brick = job->contour.brick + b;
-        const int *corner = job->contour.corners + 3 * (size_t)brick->first_triangle;
-        for (k = 0; k < 3 * brick->triangles; k++) mesh->triangles[at++] = rank[corner[k]] - 1;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Adds the areas of triangles to the normals of vertices that have none, as where a change of side is all that is known. */
-SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
-{
-    int t, k;
-    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
-    for (t = 0; t < mesh->triangle_count; t++) {
-        const int *corner = mesh->triangles + 3 * (size_t)t;
-        springls__tri tri;
-        springls__v3 area;
-        tri.a = mesh->positions[corner[0]];
-        tri.b = mesh->positions[corner[1]];
-        tri.c = mesh->positions[corner[2]];
-        area = springls__scale(springls__tri_area2(tri), 1e-4f); /* beside a unit normal it is nothing */
-        for (k = 0; k < 3; k++)
-            if (springls__length2(mesh->normals[corner[k]]) < 0.5f) mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
-    }
-    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
-}
-
-/* Makes the mesh of what springls hold. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
-{
-    const int count = ctx->model.set.count;
-    springls__surface_job job;
-    memset(mesh, 0, sizeof *mesh);
-    memset(&job, 0, sizeof job);
-    job.ctx = ctx;
-    if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_bricks(&job));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
-    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
-    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
-    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
-    SPRINGLS__TRY(springls__surface_hits(&job));
-    SPRINGLS__TRY(springls__surface_crossings(&job));
-    SPRINGLS__TRY(springls__surface_arcs(&job));
-    SPRINGLS__TRY(springls__reserve_triangles(&job));
-    SPRINGLS__TRY(springls__surface_triangles(&job));
-    SPRINGLS__TRY(springls__surface_gather(&job, mesh));
-    springls__surface_normals(mesh);
-    return SPRINGLS_OK;
-}
-
-/* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
-{
-    springls__raw_mesh made;
-    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
-    ctx->surface_version = 0;
-    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
-    ctx->surface_vertices = made.vertex_count;
-    ctx->surface_triangles = made.triangle_count;
-    ctx->surface_version = ctx->model_version;
-    return SPRINGLS_OK;
-}
-
-/* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
-{
-    springls__raw_mesh kept;
-    size_t vertices, corners;
-    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
-    memset(mesh, 0, sizeof *mesh);
-    vertices = (size_t)ctx->surface_vertices;
-    corners = 3 * (size_t)ctx->surface_triangles;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, vertices));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    springls__use_surface_mesh(ctx, &kept);
-    mesh->positions = springls__surface_positions(&ctx->model);
-    mesh->normals = springls__vertex_gradient(&ctx->model);
-    mesh->springls = springls__vertex_springl(&ctx->model);
-    mesh->triangles = springls__surface_corners(&ctx->model);
-    mesh->vertex_count = ctx->surface_vertices;
-    mesh->triangle_count = ctx->surface_triangles;
-    if (vertices == 0) return SPRINGLS_OK;
-    memcpy(mesh->positions, kept.positions, vertices * sizeof *mesh->positions);
-    memcpy(mesh->normals, kept.normals, vertices * sizeof *mesh->normals);
-    memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
-    memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
-    return SPRINGLS_OK;
-}
-
-/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
-SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
-{
-    const springls__model *model = (const springls__model *)arg;
-    for (; begin < end; begin++) {
-        const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
-        int *springl = springls__vertex_springl(model) + begin;
-        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
-        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
-    }
-}
-
 /* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
 /* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
    those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
@@ -28030,15 +28421,17 @@ SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *c
     return found;
 }
 
-/* Returns whether the mesh bounds a place, model coordinates: a ray from there meets it first from behind. */
-SPRINGLS__FN bool springls__is_within_contour(const springls_context *ctx, springls__v3 x)
+/* Returns where a ray from a place, model coordinates, leaves the mesh that bounds it: there it meets the mesh first, from behind. No
+   triangle: the place is outside. */
+SPRINGLS__FN springls__surface_hit springls__contour_exit(const springls_context *ctx, springls__v3 x)
 {
     const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
-    const springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
+    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
     float facing;
-    if (h.triangle < 0) return false;
+    if (h.triangle < 0) return h;
     facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
-    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+    if (springls__is_mirrored(ctx) ? !(facing < 0.0f) : !(facing > 0.0f)) h.triangle = -1;
+    return h;
 }
 
 typedef struct springls__contour_inside { const springls_context *ctx; const float *points; uint8_t *out; } springls__contour_inside;
@@ -28047,7 +28440,7 @@ SPRINGLS__FN void springls__contour_inside_task(void *arg, int begin, int end)
 {
     const springls__contour_inside *q = (const springls__contour_inside *)arg;
     for (; begin < end; begin++)
-        q->out[begin] = springls__is_within_contour(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin));
+        q->out[begin] = springls__contour_exit(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin)).triangle >= 0;
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
@@ -28744,16 +29137,37 @@ SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__
     return body;
 }
 
+/* Returns the label of the body that a place (model coordinates) lies in, or whose surface is nearest within the band; -1: none. */
+SPRINGLS__FN int32_t springls__contoured_body_at(const springls_context *ctx, springls__v3 x)
+{
+    springls__surface_hit h = springls__contour_exit(ctx, x);
+    springls__raw_mesh mesh;
+    if (h.triangle < 0) h = springls__surface_closest(&ctx->contour_surface, x, ctx->model.grid.far_value);
+    if (h.triangle < 0) return -1;
+    springls__use_surface_mesh(ctx, &mesh);
+    return springls__body_of_part(springls__surface_parts(ctx),
+                                  springls__part_of_vertices(ctx)[mesh.triangles[3 * (size_t)h.triangle]]);
+}
+
+/* Prepares labels and, where components are those of the mesh of springls, the hierarchy of its triangles. */
+SPRINGLS__FN springls_status springls__prepare_labels(springls_context *ctx, springls__labels *labels)
+{
+    SPRINGLS__TRY(springls__components_to_host(ctx, 0));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    return springls__label_ids(ctx, labels);
+}
+
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
     int i;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
     SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
-    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_labels(ctx, &labels)));
     for (i = 0; i < count; i++) {
-        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
+        const float *x = points + 3 * (size_t)i;
+        const int32_t body = springls__contours_springls(ctx) ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
+                                                              : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;
@@ -31168,7 +31582,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
         ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
         ctx->neighbors_missing = true;
     }
-    ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
+    ctx->components_version = s->components_fresh ? springls__components_source(ctx) : 0;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
     ctx->saved.in_use = false;
@@ -31554,7 +31968,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1076 \"springls.h\"\n",
+    "#line 1080 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -31668,7 +32082,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2227 \"springls.h\"\n",
+    "#line 2230 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -31784,7 +32198,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2344 \"springls.h\"\n",
+    "#line 2347 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -31806,7 +32220,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2367 \"springls.h\"\n",
+    "#line 2370 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31821,7 +32235,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2383 \"springls.h\"\n",
+    "#line 2386 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31945,7 +32359,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2507 \"springls.h\"\n",
+    "#line 2510 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -32015,7 +32429,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2578 \"springls.h\"\n",
+    "#line 2581 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -32235,7 +32649,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2799 \"springls.h\"\n",
+    "#line 2802 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32250,7 +32664,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2814 \"springls.h\"\n",
+    "#line 2817 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -32374,14 +32788,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2938 \"springls.h\"\n",
+    "#line 2941 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2946 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -32507,7 +32921,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3073 \"springls.h\"\n",
+    "#line 3076 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -32562,7 +32976,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3129 \"springls.h\"\n",
+    "#line 3132 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -32647,12 +33061,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
     "    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \\\n",
     "    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \\\n",
-    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
-    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
+    "    X(body_labels, int32_t, 7) X(lock_parent, int32_t, 4) X(body_votes, struct springls__body_vote, 4)                           \\\n",
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3220 \"springls.h\"\n",
+    "#line 3222 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -32664,7 +33077,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3232 \"springls.h\"\n",
+    "#line 3234 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32679,7 +33092,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3248 \"springls.h\"\n",
+    "#line 3250 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32723,7 +33136,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3292 \"springls.h\"\n",
+    "#line 3294 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32738,7 +33151,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3307 \"springls.h\"\n",
+    "#line 3309 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -32782,7 +33195,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3351 \"springls.h\"\n",
+    "#line 3353 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -32861,7 +33274,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3430 \"springls.h\"\n",
+    "#line 3432 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32876,7 +33289,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3446 \"springls.h\"\n",
+    "#line 3448 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -32943,7 +33356,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3513 \"springls.h\"\n",
+    "#line 3515 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32958,7 +33371,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3528 \"springls.h\"\n",
+    "#line 3530 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -33025,7 +33438,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3596 \"springls.h\"\n",
+    "#line 3598 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -33406,7 +33819,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3978 \"springls.h\"\n",
+    "#line 3980 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -34110,7 +34523,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4683 \"springls.h\"\n",
+    "#line 4685 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -34370,7 +34783,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4944 \"springls.h\"\n",
+    "#line 4946 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34572,7 +34985,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5147 \"springls.h\"\n",
+    "#line 5149 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -34689,7 +35102,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5265 \"springls.h\"\n",
+    "#line 5267 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -34886,7 +35299,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5462 \"springls.h\"\n",
+    "#line 5464 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34901,7 +35314,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5478 \"springls.h\"\n",
+    "#line 5480 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35095,7 +35508,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5672 \"springls.h\"\n",
+    "#line 5674 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35110,7 +35523,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5687 \"springls.h\"\n",
+    "#line 5689 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35304,7 +35717,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6470 \"springls.h\"\n",
+    "#line 6486 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -35704,7 +36117,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6871 \"springls.h\"\n",
+    "#line 6887 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -35730,7 +36143,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6898 \"springls.h\"\n",
+    "#line 6914 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -35818,7 +36231,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6987 \"springls.h\"\n",
+    "#line 7003 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -35958,7 +36371,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7128 \"springls.h\"\n",
+    "#line 7144 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -36063,7 +36476,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7234 \"springls.h\"\n",
+    "#line 7250 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -36295,7 +36708,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7467 \"springls.h\"\n",
+    "#line 7483 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -36325,7 +36738,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7497 \"springls.h\"\n",
+    "#line 7513 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36340,7 +36753,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7513 \"springls.h\"\n",
+    "#line 7529 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36509,7 +36922,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7682 \"springls.h\"\n",
+    "#line 7698 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36524,7 +36937,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7697 \"springls.h\"\n",
+    "#line 7713 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36693,7 +37106,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7866 \"springls.h\"\n",
+    "#line 7882 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -36747,7 +37160,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7921 \"springls.h\"\n",
+    "#line 7937 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -36773,7 +37186,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7947 \"springls.h\"\n",
+    "#line 7963 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36788,7 +37201,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7963 \"springls.h\"\n",
+    "#line 7979 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36871,7 +37284,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8046 \"springls.h\"\n",
+    "#line 8062 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36886,7 +37299,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8061 \"springls.h\"\n",
+    "#line 8077 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -36969,7 +37382,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8144 \"springls.h\"\n",
+    "#line 8160 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -37043,7 +37456,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8219 \"springls.h\"\n",
+    "#line 8235 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -37596,7 +38009,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8773 \"springls.h\"\n",
+    "#line 8789 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -37692,7 +38105,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8870 \"springls.h\"\n",
+    "#line 8886 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -37813,7 +38226,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8992 \"springls.h\"\n",
+    "#line 9008 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -38094,7 +38507,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9274 \"springls.h\"\n",
+    "#line 9290 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -38180,7 +38593,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9361 \"springls.h\"\n",
+    "#line 9377 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -38323,7 +38736,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9505 \"springls.h\"\n",
+    "#line 9521 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -38512,7 +38925,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9695 \"springls.h\"\n",
+    "#line 9711 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -38637,7 +39050,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9821 \"springls.h\"\n",
+    "#line 9837 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -38671,7 +39084,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9856 \"springls.h\"\n",
+    "#line 9872 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -39209,7 +39622,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10395 \"springls.h\"\n",
+    "#line 10411 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -39359,7 +39772,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10546 \"springls.h\"\n",
+    "#line 10562 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39437,7 +39850,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10625 \"springls.h\"\n",
+    "#line 10641 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -39686,7 +40099,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10875 \"springls.h\"\n",
+    "#line 10891 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -39911,7 +40324,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11101 \"springls.h\"\n",
+    "#line 11117 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -40015,7 +40428,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11206 \"springls.h\"\n",
+    "#line 11222 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -40112,7 +40525,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11304 \"springls.h\"\n",
+    "#line 11320 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -40650,7 +41063,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11843 \"springls.h\"\n",
+    "#line 11859 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -40683,7 +41096,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11877 \"springls.h\"\n",
+    "#line 11893 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -40708,14 +41121,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11903 \"springls.h\"\n",
+    "#line 11919 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11910 \"springls.h\"\n",
+    "#line 11926 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40730,7 +41143,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11926 \"springls.h\"\n",
+    "#line 11942 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40856,7 +41269,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12052 \"springls.h\"\n",
+    "#line 12068 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40871,7 +41284,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12067 \"springls.h\"\n",
+    "#line 12083 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -40997,7 +41410,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12194 \"springls.h\"\n",
+    "#line 12210 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -41289,7 +41702,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12487 \"springls.h\"\n",
+    "#line 12503 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -41424,7 +41837,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 24706 \"springls.h\"\n",
+    "#line 16966 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42451,7 +42864,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 25734 \"springls.h\"\n",
+    "#line 17994 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43037,7 +43450,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 26321 \"springls.h\"\n",
+    "#line 18581 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -43633,7 +44046,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 43637 \"springls.h\"\n",
+    "#line 44050 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -84,8 +84,7 @@
     X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
     X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
     X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
-    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
-    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
+    X(body_labels, int32_t, 7) X(lock_parent, int32_t, 4) X(body_votes, struct springls__body_vote, 4)                           \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
     X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */

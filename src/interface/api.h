@@ -632,8 +632,8 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
 
-/* Describes a component of the model: a body, a connected part of the inside of the zero level, or a cavity, a connected part of
-   the outside that a body encloses, such as a bubble. World units. */
+/* Describes a component of the model: a body, a connected part of the inside of the watertight surface (params.contouring), or a cavity,
+   a connected part of the outside that a body encloses, such as a bubble. World units. */
 typedef struct springls_component {
     uint32_t id;            /* from 1; no other component of this model ever gets it                                */
     bool cavity;
@@ -642,10 +642,9 @@ typedef struct springls_component {
     float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
-/* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
-   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock:
-   INVALID_ARGUMENT without. Completes a step in progress. The list belongs to the context, until the next call that changes the
-   model. */
+/* Lists the components of the present surface by ascending ids. They are found by this call when the surface has changed since the last
+   step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT
+   without. Completes a step in progress. The list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
@@ -654,8 +653,8 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
 SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx);
 
 /* Finds the ids of the bodies at `count` world points, such as vertices of meshes and chunks, or hits of rays; 0: none. A point
-   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to. Conditions as
-   for springls_components. NON_FINITE: a point is. */
+   inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to or, with
+   SPRINGLS_CONTOURING_SPRINGLS, the nearest one. Conditions as for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
 
 /* Names what happens to components. */

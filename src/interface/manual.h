@@ -340,8 +340,11 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh. Chunks, distances, components, events and volume_lock are those of phi with either value:
-   where a sheet is thinner than phi can hold they miss it.
+   springls_sample_inside follow the same mesh. So do components, events and volume_lock: a component is what a connected part of the
+   mesh bounds, a sheet below a voxel too, two bodies are two while springls hold the gap between them, and with components or
+   volume_lock each step makes the mesh once, with volume_lock once more for each correction. There a change of contouring ends the step
+   in progress, and components are found anew. Chunks and distances are those of phi with either value: where a sheet is
+   thinner than phi can hold they miss it. So is min_component, and what bodies stay two (CONTACT): these change the model.
 
 
    MOTION FROM OUTSIDE
@@ -424,8 +427,8 @@
 
    EVENTS
 
-   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
-   level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
+   With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the watertight
+   surface (CONTOURING), and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
    centroid; springls_events lists what has happened to them in the last step, and in calls since the step before: births, splits,
    mergers and deaths, with the components before and after and the place where they met or parted.
 
@@ -439,7 +442,7 @@
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and
        events.
-     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
+     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components; those of what springls hold follow it.
 
 
    ERRORS OF PLACE
@@ -463,8 +466,8 @@
 
    With volume_lock = 1 each component of the model keeps the volume that it had before the first step with the switch on.
    At the end of every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC the springls and phi of a component move along
-   their normals by one small distance; its volume (of its marching cubes surface, as springls_measure computes it) is then
-   right to about 1 part in 10^6.
+   their normals by one small distance; its volume (of its watertight surface, as springls_measure computes it) is then right to
+   about 1 part in 10^6; with SPRINGLS_CONTOURING_SPRINGLS of a ball to 1 in 10^5, of a plate of half a voxel to 1 in 10^3.
 
      - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
      - A component that appears from nothing keeps the volume that it appears with.

@@ -24,6 +24,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->id_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
+    springls__buffer_free(ctx, &ctx->lock_item_memory);
+    springls__buffer_free(ctx, &ctx->lock_node_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
     springls__buffer_free(ctx, &ctx->label_voxel);
     springls__buffer_free(ctx, &ctx->label_node);
@@ -248,12 +250,17 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
-    if (springls__differs_in_contouring(ctx, params)) {
+    if (springls__differs_in_contouring(ctx, params) && !springls__components_enabled(ctx)) {
         ctx->model.params.contouring = params->contouring;
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__settle_components(ctx));
+    if (params->contouring != ctx->model.params.contouring) ctx->components_version = 0; /* they are those of another surface */
+    if (springls__differs_in_contouring(ctx, params)) {
+        ctx->model.params.contouring = params->contouring;
+        return SPRINGLS_OK;
+    }
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;

@@ -132,6 +132,7 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->springls_version++;
     ctx->model_version++;
+    ctx->shape_version++;
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;

@@ -56,16 +56,37 @@ SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__
     return body;
 }
 
+/* Returns the label of the body that a place (model coordinates) lies in, or whose surface is nearest within the band; -1: none. */
+SPRINGLS__FN int32_t springls__contoured_body_at(const springls_context *ctx, springls__v3 x)
+{
+    springls__surface_hit h = springls__contour_exit(ctx, x);
+    springls__raw_mesh mesh;
+    if (h.triangle < 0) h = springls__surface_closest(&ctx->contour_surface, x, ctx->model.grid.far_value);
+    if (h.triangle < 0) return -1;
+    springls__use_surface_mesh(ctx, &mesh);
+    return springls__body_of_part(springls__surface_parts(ctx),
+                                  springls__part_of_vertices(ctx)[mesh.triangles[3 * (size_t)h.triangle]]);
+}
+
+/* Prepares labels and, where components are those of the mesh of springls, the hierarchy of its triangles. */
+SPRINGLS__FN springls_status springls__prepare_labels(springls_context *ctx, springls__labels *labels)
+{
+    SPRINGLS__TRY(springls__components_to_host(ctx, 0));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    return springls__label_ids(ctx, labels);
+}
+
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
     int i;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "component_of"));
     SPRINGLS__TRY(springls__refresh_components(ctx, "component_of"));
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
-    SPRINGLS__TRY(springls__label_ids(ctx, &labels));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_labels(ctx, &labels)));
     for (i = 0; i < count; i++) {
-        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
+        const float *x = points + 3 * (size_t)i;
+        const int32_t body = springls__contours_springls(ctx) ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
+                                                              : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;

@@ -6,7 +6,8 @@
 #include "../model/bvh.h"
 #include "../model/ray.h"
 #include "../model/transform.h"
-#include "surface_table.h"
+#include "../solver/follow.h"
+#include "../stages/surface_table.h"
 #include "zero_level.h"
 
 /* Returns whether the watertight surface is what springls hold. While a step is in progress, whose working memory the mesh would take, it
@@ -55,15 +56,17 @@ SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *c
     return found;
 }
 
-/* Returns whether the mesh bounds a place, model coordinates: a ray from there meets it first from behind. */
-SPRINGLS__FN bool springls__is_within_contour(const springls_context *ctx, springls__v3 x)
+/* Returns where a ray from a place, model coordinates, leaves the mesh that bounds it: there it meets the mesh first, from behind. No
+   triangle: the place is outside. */
+SPRINGLS__FN springls__surface_hit springls__contour_exit(const springls_context *ctx, springls__v3 x)
 {
     const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
-    const springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
+    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
     float facing;
-    if (h.triangle < 0) return false;
+    if (h.triangle < 0) return h;
     facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
-    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+    if (springls__is_mirrored(ctx) ? !(facing < 0.0f) : !(facing > 0.0f)) h.triangle = -1;
+    return h;
 }
 
 typedef struct springls__contour_inside { const springls_context *ctx; const float *points; uint8_t *out; } springls__contour_inside;
@@ -72,7 +75,7 @@ SPRINGLS__FN void springls__contour_inside_task(void *arg, int begin, int end)
 {
     const springls__contour_inside *q = (const springls__contour_inside *)arg;
     for (; begin < end; begin++)
-        q->out[begin] = springls__is_within_contour(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin));
+        q->out[begin] = springls__contour_exit(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin)).triangle >= 0;
 }
 
 #endif

@@ -13,7 +13,7 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 #include "../solver/step.h"
-#include "surface_table.h"
+#include "../stages/surface_table.h"
 
 /* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)

@@ -223,7 +223,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
         ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
         ctx->neighbors_missing = true;
     }
-    ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
+    ctx->components_version = s->components_fresh ? springls__components_source(ctx) : 0;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
     ctx->saved.in_use = false;

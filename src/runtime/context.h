@@ -62,7 +62,7 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
-/* Arrays of springl contouring: see springls__contour. */
+/* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
@@ -79,6 +79,9 @@ enum {
     SPRINGLS__SURFACE_MESH_NORMAL,
     SPRINGLS__SURFACE_MESH_SPRINGL,
     SPRINGLS__SURFACE_MESH_CORNER,
+    SPRINGLS__SURFACE_VERTEX_PART,
+    SPRINGLS__SURFACE_SPRINGL_PART,
+    SPRINGLS__SURFACE_PARTS,
     SPRINGLS__SURFACE_BUFFERS
 };
 
@@ -233,6 +236,7 @@ struct springls_context {
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
     springls__buffer component_memory; /* components as found last, by id (components.h)                        */
+    springls__buffer lock_item_memory, lock_node_memory; /* of volume_lock.h, while a mesh is made in between   */
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* of the last step and since (events.h)            */
@@ -271,12 +275,15 @@ struct springls_context {
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
-    int surface_vertices, surface_triangles;
+    int surface_vertices, surface_triangles, surface_bricks;
+    uint64_t parts_version; /* the surface_version that its parts are of (surface_parts.h); 0: there are none        */
+    int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */
+    uint64_t shape_version; /* counts what may have changed the shape of springls, or the level set              */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];

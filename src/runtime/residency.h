@@ -17,6 +17,13 @@ SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(S) | SPRINGLS__BIT(EDGE))) ctx->shape_version++;
+}
+
+/* Returns the version of what components are found from: the level set or, where the surface is what springls hold, those too. */
+SPRINGLS__FN uint64_t springls__components_source(const springls_context *ctx)
+{
+    return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS ? ctx->shape_version : ctx->phi_version;
 }
 
 /* Returns how many elements of an array are in use. */

@@ -20,6 +20,7 @@
 #include "../runtime/stage_clock.h"
 #include "../model/cell_bricks.h"
 #include "../model/host_access.h"
+#include "../stages/events.h"
 #include "../stages/project.h"
 #include "../stages/sleep.h"
 
@@ -76,7 +77,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
-    const bool found = ctx->components_version == ctx->phi_version;
+    const bool found = ctx->components_version == springls__components_source(ctx);
     if (!saved->in_use) return;
 #define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
     SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
@@ -86,7 +87,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->omega_fresh = false;
     springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
-    if (found && !springls__phi_lags(ctx)) ctx->components_version = ctx->phi_version; /* only bricks have come and gone */
+    if (found && !springls__phi_lags(ctx)) ctx->components_version = springls__components_source(ctx); /* only bricks have come and gone */
     saved->in_use = false;
 }
 
@@ -118,13 +119,28 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 /* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
 SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
 {
-    const bool found = ctx->components_version == ctx->phi_version;
+    const bool found = ctx->components_version == springls__components_source(ctx);
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->particles_outside == 0) return SPRINGLS_OK;
     if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
     SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    if (found) ctx->components_version = ctx->phi_version; /* new bricks are outside: components stay */
+    if (found) ctx->components_version = springls__components_source(ctx); /* new bricks are outside: components stay */
     return SPRINGLS_OK;
+}
+
+/* Finds the components of the present model. Those of what springls hold are found as a reader finds the mesh, also from springls outside
+   all active bricks. */
+SPRINGLS__FN springls_status springls__find_present_components(springls_context *ctx)
+{
+    const bool reading = ctx->saved.in_use;
+    springls_status status = SPRINGLS_OK;
+    if (springls__contours_springls(ctx)) {
+        SPRINGLS__TRY(springls__use_host_calmly(ctx, false));
+        status = springls__read_cell_list(ctx);
+    }
+    if (status == SPRINGLS_OK) status = springls__update_components(ctx);
+    if (!reading) springls__end_reading(ctx);
+    return status;
 }
 
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */

@@ -70,7 +70,7 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
 SPRINGLS__FN springls_status springls__update_outdated_components(springls_context *ctx)
 {
     if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
+    return springls__report_device_failure(ctx, springls__find_present_components(ctx));
 }
 
 /* Finds the components where they are outdated, for a call that stores them or ends following them, and goes back to the level set as the

@@ -1,18 +1,19 @@
-/* components.h - gives the components of phi ids that last. Springls link them: each has the id of its previous component, and
-   votes for a link between that one and its current one. Links make events (events.h) and pass on the volumes that components
-   are to keep (volume_lock.h). */
+/* components.h - gives the components of phi, or of what springls hold (params.contouring), ids that last. Springls link them: each has
+   the id of its previous component, and votes for a link between that one and its current one. Links make events (events.h) and
+   pass on the volumes that components are to keep (volume_lock.h). */
 #ifndef SPRINGLS__STAGES_COMPONENTS_H
 #define SPRINGLS__STAGES_COMPONENTS_H
 
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "label_components.h"
+#include "surface_parts.h"
 
 /* A component of the model, as it was found last. */
 typedef struct springls__component {
     springls_component view;
     double target;          /* voxel^3 that it is to have (volume_lock.h); 0: not measured yet      */
-    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own  */
+    int32_t deepest[3], pad; /* the voxel furthest from its surface: shows which label is its own; of a part of the mesh its number */
 } springls__component;
 
 /* The current components that a springl bounds, -1: none. */
@@ -81,9 +82,17 @@ typedef struct springls__place_job {
 SPRINGLS__FN void springls__place_springls_task(void *arg, int begin, int end)
 {
     const springls__place_job *job = (const springls__place_job *)arg;
-    for (; begin < end; begin++)
-        springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p,
-                                &job->graph->place[begin].body, &job->graph->place[begin].cavity);
+    for (; begin < end; begin++) {
+        springls__bounded_components *place = &job->graph->place[begin];
+        if (springls__contours_springls(job->ctx)) {
+            const int32_t part = springls__part_of_springl(job->ctx, begin);
+            place->body = part < 0 ? -1 : springls__body_of_part(springls__surface_parts(job->ctx), part);
+            place->cavity = part < 0 ? -1 : springls__cavity_of_part(springls__surface_parts(job->ctx), part);
+        } else {
+            springls__components_at(&job->ctx->model.grid, &job->graph->labels, job->ctx->model.set.s[begin].p, &place->body,
+                                    &place->cavity);
+        }
+    }
 }
 
 /* Collects the votes of springls, and counts those of every component: first the previous ones, then the current ones. Returns
@@ -165,7 +174,8 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
     uint64_t *vote;
     int64_t *count;
     springls__place_job job;
-    SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__find_part_components(ctx, &graph->labels));
+    else SPRINGLS__TRY(springls__find_components(ctx, &graph->labels));
     graph->previous = springls__component_list(ctx);
     graph->previous_count = ctx->component_count;
     nodes = (size_t)graph->previous_count + (size_t)graph->labels.count;
@@ -291,13 +301,14 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
         const springls__current_component *item = &graph->labels.item[order[i] & 0xffffffffu];
         memset(&list[i], 0, sizeof *list);
         springls__write_component_view(ctx, item, &list[i].view);
-        springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
+        if (springls__contours_springls(ctx)) springls__voxel_of_number(&ctx->model.grid, item->deepest, list[i].deepest);
+        else springls__labelled_voxel(&ctx->model.grid, item->deepest, list[i].deepest);
     }
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
     ctx->component_count = graph->labels.count;
     ctx->components_found = true;
-    ctx->components_version = ctx->phi_version;
+    ctx->components_version = springls__components_source(ctx);
 }
 
 /* ---- labels and ids ---- */
@@ -312,20 +323,29 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
     return springls__to_host(ctx, reads, writes);
 }
 
-/* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
+/* Finds the labels of components: parts of the mesh, or those of voxels, unless these are fresh. */
+SPRINGLS__FN springls_status springls__find_labels(springls_context *ctx, springls__labels *l)
+{
+    if (springls__contours_springls(ctx)) return springls__find_part_components(ctx, l);
+    if (ctx->labels_version != ctx->phi_version) return springls__label_voxels(ctx, l);
+    *l = springls__kept_labels(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Finds the labels, and the id of every one. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
     uint32_t *id;
     int i;
-    if (ctx->labels_version == ctx->phi_version) *l = springls__kept_labels(ctx);
-    else SPRINGLS__TRY(springls__label_voxels(ctx, l));
+    SPRINGLS__TRY(springls__find_labels(ctx, l));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
     id = (uint32_t *)ctx->label_id_memory.data;
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
-        if (label >= 0) id[label] = c->view.id;
+        int32_t label = springls__contours_springls(ctx) ? springls__number_of_voxel(&ctx->model.grid, c->deepest)
+                      : springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        if (label >= 0 && label < l->count) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
 }

@@ -262,7 +262,7 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 /* Returns true when components are followed, and are not those of the present phi. */
 SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 {
-    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != ctx->phi_version);
+    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != springls__components_source(ctx));
 }
 
 #endif

@@ -1,7 +1,7 @@
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. A body's volume is that of its marching cubes surface, as springls_measure computes it. Target volumes follow the links
-   of components: a split shares them out, a merger sums them up. The stage runs on the host, because it needs double precision,
-   which not every device has. */
+   normals. A body's volume is that of the watertight surface, as springls_measure computes it: marching cubes, or the mesh of what
+   springls hold (params.contouring), which is made anew after every offset. Target volumes follow the links of components: a split
+   shares them out, a merger sums them up. The stage runs on the host, because it needs double precision, which not every device has. */
 #ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
 #define SPRINGLS__STAGES_VOLUME_LOCK_H
 
@@ -10,6 +10,7 @@
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "events.h"
@@ -19,6 +20,7 @@
 typedef struct springls__locked_component {
     float offset, moved;    /* of this iteration, of all; smallest spacings */
     int32_t node;           /* root of its tree among the links     */
+    uint32_t id;
     bool tiny;
 } springls__locked_component;
 
@@ -39,24 +41,47 @@ typedef struct springls__lock {
     double rate_of_area;              /* voxel^3 that an offset gains for an area of the world; 0: a uniform spacing, voxel^2 are that */
 } springls__lock;
 
+/* The body that most springls of something belong to (Boyer and Moore's vote): the one that leads so far, and by how many. */
+typedef struct springls__body_vote { int32_t body, lead; } springls__body_vote;
+
+SPRINGLS__FN void springls__vote_for_body(springls__body_vote *votes, int32_t body)
+{
+    if (body < 0) return;
+    if (votes->lead == 0) votes->body = body;
+    votes->lead += votes->body == body ? 1 : -1;
+}
+
+SPRINGLS__FN springls_status springls__clear_votes(springls_context *ctx, int count, springls__body_vote **votes)
+{
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_votes, count + 1));
+    *votes = springls__body_votes(&ctx->model);
+    for (i = 0; i < count; i++) {
+        (*votes)[i].body = -1;
+        (*votes)[i].lead = 0;
+    }
+    return SPRINGLS_OK;
+}
+
 /* ---- target volumes: previous and current components that are linked have one target together ---- */
 
 SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
     size_t current = (size_t)graph->labels.count, nodes = (size_t)graph->previous_count + current, i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, locked_components, current + 1));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_nodes, nodes + 1));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->lock_item_memory, current + 1, sizeof *lock->item, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->lock_node_memory, nodes + 1, sizeof *lock->node, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, lock_parent, nodes + 1));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, body_labels, (size_t)ctx->model.grid.active_count * SPRINGLS__BRICK_VOXELS + 1));
-    lock->item = springls__locked_components(&ctx->model);
-    lock->node = springls__lock_nodes(&ctx->model);
+    lock->item = (springls__locked_component *)ctx->lock_item_memory.data;
+    lock->node = (springls__lock_node *)ctx->lock_node_memory.data;
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
     lock->rate_of_area = springls__is_uniform(ctx->model.grid.metric) ? 0.0
                        : (double)ctx->smallest_spacing / fabs(springls__determinant(ctx->window.to_world));
     memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
+    for (i = 0; i < current; i++) lock->item[i].id = graph->labels.item[i].id;
     for (i = 0; i < nodes; i++) {
         lock->parent[i] = (int32_t)i;
         if (i < (size_t)graph->previous_count) lock->node[i].target = graph->previous[i].target;
@@ -107,10 +132,9 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
     }
 }
 
-/* Finds the body of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
-SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
+/* Finds the body of phi of every voxel of active bricks: outside, the one that steepest descent of phi leads to. */
+SPRINGLS__FN void springls__label_bodies(const springls__grid *g, const springls__labels *l, springls__lock *lock)
 {
-    const springls__labels *l = &lock->graph.labels;
     int i, v, o[3], at[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
@@ -120,6 +144,26 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
                 = springls__grid_contains(g, at[0], at[1], at[2]) ? springls__body_of_voxel(g, l, at) : -1;
         }
     }
+}
+
+/* Finds the body of every voxel where bodies are those of what springls hold: the one of most springls about its body of phi. */
+SPRINGLS__FN springls_status springls__label_contoured_bodies(springls_context *ctx, springls__lock *lock)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__labels phi;
+    springls__body_vote *votes;
+    int32_t body, cavity;
+    int i;
+    SPRINGLS__TRY(springls__label_voxels(ctx, &phi));
+    SPRINGLS__TRY(springls__clear_votes(ctx, phi.count, &votes));
+    springls__label_bodies(g, &phi, lock);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__components_at(g, &phi, ctx->model.set.s[i].p, &body, &cavity);
+        if (body >= 0) springls__vote_for_body(&votes[body], lock->graph.place[i].body);
+    }
+    for (i = 0; i < g->active_count * SPRINGLS__BRICK_VOXELS; i++)
+        if (lock->body[i] >= 0) lock->body[i] = votes[lock->body[i]].body;
+    return SPRINGLS_OK;
 }
 
 /* ---- the offset ---- */
@@ -198,13 +242,34 @@ SPRINGLS__FN void springls__measure_body(springls__labels *l, const springls__la
     if (body >= 0 && body < l->count) springls__add_sums(&l->item[body].surface, &sums, 1.0);
 }
 
+/* Adds the parts of a new mesh to the bodies that most of their springls bounded. */
+SPRINGLS__FN springls_status springls__measure_parts_of_bodies(springls_context *ctx, springls__lock *lock)
+{
+    springls__body_vote *votes;
+    int i;
+    springls__constellation_moved(ctx);
+    SPRINGLS__TRY(springls__surface_parts_to_host(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_parts(ctx));
+    SPRINGLS__TRY(springls__clear_votes(ctx, ctx->part_count, &votes));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const int32_t part = springls__own_part(ctx, i);
+        if (part >= 0) springls__vote_for_body(&votes[part], lock->graph.place[i].body);
+    }
+    for (i = 0; i < ctx->part_count; i++)
+        if (votes[i].body >= 0)
+            springls__add_sums(&lock->graph.labels.item[votes[i].body].surface, &springls__surface_parts(ctx)[i].sums, 1.0);
+    return SPRINGLS_OK;
+}
+
 /* Measures the bodies, with the labels from before they moved. */
-SPRINGLS__FN void springls__measure_bodies(const springls__grid *g, springls__lock *lock)
+SPRINGLS__FN springls_status springls__measure_bodies(springls_context *ctx, springls__lock *lock)
 {
     springls__labels *l = &lock->graph.labels;
     int i;
     for (i = 0; i < l->count; i++) memset(&l->item[i].surface, 0, sizeof l->item[i].surface);
-    springls__visit_triangles(g, l, springls__measure_body);
+    if (springls__contours_springls(ctx)) return springls__measure_parts_of_bodies(ctx, lock);
+    springls__visit_triangles(&ctx->model.grid, l, springls__measure_body);
+    return SPRINGLS_OK;
 }
 
 /* Sums volumes and areas of linked bodies; tiny bodies have no area that could move. */
@@ -237,11 +302,12 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
     }
 }
 
-/* Chooses offsets by Newton's method. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
+/* Chooses offsets by Newton's method, where volumes are not within a share `close` of their targets. False when no component has to
+   move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock, double close)
 {
     const springls__labels *l = &lock->graph.labels;
-    const double close = 1e-7, max_offset = 0.25; /* of the target; voxels, at once */
+    const double max_offset = 0.25; /* voxels, at once */
     bool any = false;
     int i;
     springls__sum_linked(lock);
@@ -261,31 +327,35 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a passage,
+/* Moves bodies until their volumes are right. *moved: whether any has moved. A voxel that changes sides may open or close a passage,
    and the volume jumps past its target: so only the first offsets, the large ones, may change sides. */
-SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
+SPRINGLS__FN springls_status springls__correct_volumes(springls_context *ctx, springls__lock *lock, bool *moved)
 {
-    const int iterations = 12, large = 2;
+    const bool contoured = springls__contours_springls(ctx); /* each iteration makes a mesh, whose volume may jump a little */
+    const int iterations = contoured ? 4 : 12, large = 2;
+    const double close = contoured ? 1e-6 : 1e-7;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
     job.lock = lock;
     ctx->stats.volume_correction = 0.0f;
-    if (!springls__choose_offsets(lock)) return false;
-    springls__label_bodies(&ctx->model.grid, lock);
+    *moved = springls__choose_offsets(lock, close);
+    if (!*moved) return SPRINGLS_OK;
+    if (contoured) SPRINGLS__TRY(springls__label_contoured_bodies(ctx, lock));
+    else springls__label_bodies(&ctx->model.grid, &lock->graph.labels, lock);
     lock->graph.labels.voxel = lock->body;
-    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+    for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock, close)); i++) {
         job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_bodies(&ctx->model.grid, lock);
+        SPRINGLS__TRY(springls__measure_bodies(ctx, lock));
     }
     springls__constellation_moved(ctx);
     springls__mark_phi_synced(ctx);
     for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
-    return true;
+    return SPRINGLS_OK;
 }
 
 /* Links components, and finds what volumes they are to have. */
@@ -297,14 +367,27 @@ SPRINGLS__FN springls_status springls__find_targets(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
-/* Finds the components again, now that they have moved: each has moved by as much as the body of its deepest voxel. */
+/* Returns the place among `count` bodies from before they moved of a current component: that of its deepest voxel or, of what springls
+   hold, of its id; -1: none. */
+SPRINGLS__FN int32_t springls__body_before(const springls_context *ctx, const springls__lock *lock, int count,
+                                           const springls__current_component *item)
+{
+    int i;
+    if (!springls__contours_springls(ctx)) return lock->body[item->deepest];
+    for (i = 0; i < count; i++)
+        if (lock->item[i].id == item->id) return i;
+    return -1;
+}
+
+/* Finds the components again, now that they have moved: each by as much as its body has. */
 SPRINGLS__FN springls_status springls__find_corrected(springls_context *ctx, springls__lock *lock)
 {
     springls__labels *l = &lock->graph.labels;
+    const int count = l->count;
     int i;
     SPRINGLS__TRY(springls__identify_components(ctx, &lock->graph));
     for (i = 0; i < l->count; i++) {
-        int32_t body = lock->body[l->item[i].deepest];
+        const int32_t body = springls__body_before(ctx, lock, count, &l->item[i]);
         if (body >= 0) l->item[i].moved = lock->item[body].moved;
     }
     return springls__find_targets(ctx, lock);
@@ -329,12 +412,16 @@ SPRINGLS__FN void springls__lock_components(springls_context *ctx, const springl
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
     springls__lock lock;
+    bool moved = false;
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    if (springls__contours_springls(ctx)) SPRINGLS__TRY(springls__cell_list_cover(ctx)); /* a reader's mesh has these bricks, too */
     SPRINGLS__TRY(springls__identify_components(ctx, &lock.graph));
     SPRINGLS__TRY(springls__find_targets(ctx, &lock));
-    if (ctx->volumes_locked && springls__correct_volumes(ctx, &lock)) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
+    if (ctx->volumes_locked) SPRINGLS__TRY(springls__correct_volumes(ctx, &lock, &moved));
+    if (moved) SPRINGLS__TRY(springls__find_corrected(ctx, &lock));
     SPRINGLS__TRY(springls__commit_components(ctx, &lock.graph));
     springls__lock_components(ctx, &lock);
+    if (springls__contours_springls(ctx) && ctx->particles_outside > 0) ctx->components_version = 0; /* they have left those bricks */
     return SPRINGLS_OK;
 }
 

@@ -1,5 +1,6 @@
 /* test_contouring.c - the mesh of what springls hold (params.contouring): closed and oriented, each vertex one fan; sharp edges and
-   plates below a voxel, queries of them; the border of the grid; the same bits for any threads; memory that runs out. */
+   plates below a voxel, queries of them; its components and their volumes; the border of the grid; the same bits for any threads;
+   memory that runs out. */
 #include "fixtures.h"
 #include "../examples/common/springls/exact_flows.h"
 
@@ -9,6 +10,13 @@ static springls_params contoured(void)
 {
     springls_params params = springls_default_params();
     params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    return params;
+}
+
+static springls_params followed(void)
+{
+    springls_params params = contoured();
+    params.components = 1;
     return params;
 }
 
@@ -58,6 +66,40 @@ static int split_vertices(const springls_mesh *mesh)
 
 typedef struct found { springls_mesh mesh; springls__mesh_report report; springls_measures measures; } found;
 
+/* The components, where they are followed, are those of the mesh: as many as its parts, bodies with its volume and its area. Places inside
+   lie in bodies. */
+TEST components_are_the_mesh(springls_context *ctx, const found *f)
+{
+    enum { POINTS = 40 };
+    const springls_component *list;
+    double volume = 0.0, area = 0.0;
+    float points[3 * POINTS];
+    uint8_t inside[POINTS];
+    uint32_t ids[POINTS];
+    int count, i, k;
+    if (!springls_get_params(ctx).components) PASS();
+    for (i = 0; i < 3 * POINTS; i++) points[i] = fixture_between(4.0f, 60.0f);
+    for (i = 0; i < POINTS && f->mesh.vertex_count > 0; i += 2) /* many beside the surface */
+        for (k = 0; k < 3; k++) points[3 * i + k] = f->mesh.positions[3 * (i * 7919 % f->mesh.vertex_count) + k] + fixture_between(-1.0f, 1.0f);
+    ASSERT_OK(springls_component_of(ctx, points, POINTS, ids));
+    ASSERT_OK(springls_sample_inside(ctx, points, POINTS, inside));
+    ASSERT_OK(springls_components(ctx, &list, &count));
+    ASSERT_EQ(f->report.components, count);
+    for (i = 0; i < count; i++) {
+        ASSERT(list[i].volume > 0.0);
+        if (list[i].cavity) continue;
+        volume += list[i].volume;
+        area += list[i].area;
+    }
+    ASSERT_IN_RANGE(f->report.volume, volume, 1e-5 * f->report.area);
+    ASSERT_IN_RANGE(f->report.area, area, 1e-5 * f->report.area);
+    for (i = 0; i < POINTS; i++) {
+        for (k = 0; k < count && list[k].id != ids[i]; k++) continue;
+        if (inside[i] || ids[i]) ASSERT(k < count && !list[k].cavity);
+    }
+    PASS();
+}
+
 /* Extracts a mesh, and checks all that holds for each. */
 TEST extract(springls_context *ctx, found *f)
 {
@@ -77,6 +119,7 @@ TEST extract(springls_context *ctx, found *f)
         ASSERT_IN_RANGE(1.0, sqrt((double)n[0] * (double)n[0] + (double)n[1] * (double)n[1] + (double)n[2] * (double)n[2]), 1e-5);
         ASSERT(f->mesh.springls[i] >= -1 && f->mesh.springls[i] < springls_count(ctx));
     }
+    CHECK_CALL(components_are_the_mesh(ctx, f));
     PASS();
 }
 
@@ -131,7 +174,7 @@ static springls_status set_turned_box(springls_context *ctx, double hx, double h
 /* The area of a box falls short where edges are lost. */
 TEST a_turned_box_has_sharp_edges(void)
 {
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_context *ctx = fixture_context(64, &params);
     found f;
     ASSERT_OK(set_turned_box(ctx, 9.0, 7.0, 5.0, 20.0));
@@ -193,6 +236,8 @@ TEST a_plate_stays_whole(double thickness)
     step.one_to_one = thickness < 1.0; /* ordinary steps lose springls of thinner ones */
     ASSERT_OK(make_plate(ctx, thickness));
     for (i = 0; i < 20; i++) ASSERT_OK(springls_step(ctx, &step));
+    params.components = 1;
+    ASSERT_OK(springls_set_params(ctx, &params));
     CHECK_CALL(extract(ctx, &f));
     ASSERT_EQ(1, f.report.components);
     ASSERT_EQ(2, f.report.euler);
@@ -218,6 +263,8 @@ TEST a_sheet_is_whole(void)
     step.dt = 0.075f;
     for (i = 0; i < 20; i++) ASSERT_OK(springls_step(ctx, &step));
     hash = springls_state_hash(ctx);
+    params.components = 1;
+    ASSERT_OK(springls_set_params(ctx, &params));
     CHECK_CALL(extract(ctx, &f));
     ASSERT_EQ(1, f.report.components);
     ASSERT_EQ(2, f.report.euler);
@@ -231,7 +278,7 @@ TEST a_sheet_is_whole(void)
 /* A body that the border cuts is closed half a voxel beyond the last centres. */
 TEST the_border_is_closed(void)
 {
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_context *ctx = fixture_sphere(32, &params, 2.0f, 15.5f, 29.0f, 8.0f);
     int i, closing = 0;
     found f;
@@ -314,12 +361,128 @@ TEST queries_follow_the_mesh(void)
     PASS();
 }
 
+/* ---- components ---- */
+
+static void bubble_and_core(void *user, const float *points, int count, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < count; i++) {
+        const float x = points[3 * i] - 31.3f, y = points[3 * i + 1] - 30.6f, z = points[3 * i + 2] - 31.8f;
+        const float r = sqrtf(x * x + y * y + z * z);
+        out[i] = fmaxf(r - 22.0f, fminf(16.0f - r, r - 5.0f));
+    }
+}
+
+/* A ball in a bubble in a ball: two bodies and a cavity, each with its own volume. */
+TEST components_lie_in_each_other(void)
+{
+    const double ball = 4.0 / 3.0 * fixture_pi, volume[3] = { ball * (10648.0 - 4096.0), ball * (4096.0 - 125.0), ball * 125.0 };
+    const float points[12] = { 50.5f, 31.0f, 31.0f, 41.8f, 30.7f, 31.8f, 32.0f, 31.0f, 31.0f, 46.5f, 31.0f, 31.0f };
+    springls_params params = followed();
+    springls_context *ctx = fixture_context(64, &params);
+    const springls_component *list;
+    uint32_t ids[4];
+    int count, i, k, seen = 0;
+    ASSERT_OK(springls_set_implicit(ctx, bubble_and_core, NULL));
+    ASSERT_OK(springls_component_of(ctx, points, 4, ids));
+    ASSERT_OK(springls_components(ctx, &list, &count));
+    ASSERT_EQ(3, count);
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            if (fabs(list[i].volume - volume[k]) < 0.02 * volume[k] && list[i].cavity == (k == 1)) {
+                seen |= 1 << k;
+                if (k != 1) ASSERT_EQ(list[i].id, ids[k]);
+            }
+    ASSERT_EQ(7, seen);
+    ASSERT_EQ(0u, ids[1]);
+    ASSERT_EQ(ids[0], ids[3]); /* in the bubble, beside its wall */
+    springls_destroy(ctx);
+    PASS();
+}
+
+static void press(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user, (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = points[3 * i] < 24.0f ? 0.25f : -0.25f;
+        out[3 * i + 1] = out[3 * i + 2] = 0.0f;
+    }
+}
+
+/* Two balls are pressed together until they are one: at every step components, ids of springls and places are those of the mesh, and
+   there is one merger. With another surface the components are that one's. */
+TEST pressed_balls_have_the_components_of_the_mesh(springls_contact contact)
+{
+    springls_params params = followed();
+    fixture_balls balls;
+    springls_context *ctx;
+    springls_forces forces = fixture_forces(press, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    const springls_event *events;
+    const springls_component *list;
+    int i, k, count, other, changes = 0, before = 2;
+    found f;
+    params.contact = contact;
+    ctx = fixture_context(48, &params);
+    balls.ball[0] = fixture_ball(16.1f, 23.6f, 23.4f, 6.5f);
+    balls.ball[1] = fixture_ball(31.9f, 23.6f, 23.4f, 6.5f);
+    ASSERT_OK(springls_set_implicit(ctx, fixture_two_balls, &balls));
+    for (i = 0; i < 12; i++) {
+        ASSERT_OK(springls_step(ctx, &step));
+        CHECK_CALL(extract(ctx, &f));
+        ASSERT_OK(springls_events(ctx, &events, &count));
+        for (k = 0; k < count; k++) changes += events[k].after_count - events[k].before_count;
+        ASSERT_EQ(before + changes, f.report.components);
+        before = f.report.components - changes;
+        springls_mesh_free(ctx, &f.mesh);
+    }
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    ASSERT_OK(springls_set_params(ctx, &params));
+    ASSERT_OK(springls_components(ctx, &list, &other));
+    ASSERT_EQ(1, other);
+    springls_destroy(ctx);
+    PASS();
+}
+
+static void deflate(void *user, const float *points, int count, float time, float *out)
+{
+    int i, k;
+    (void)user, (void)time;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) out[3 * i + k] = 0.004f * ((k == 2 ? (float)turn_center.z : 31.4f) - points[3 * i + k]);
+}
+
+/* volume_lock keeps the volume of the mesh of springls: of a ball, and of a plate of half a voxel, which phi does not hold. */
+TEST a_locked_volume_is_the_mesh(int plate)
+{
+    springls_params params = contoured();
+    springls_context *ctx = plate ? fixture_context(64, &params) : fixture_sphere(64, &params, 31.3f, 31.6f, 31.2f, 9.0f);
+    springls_forces forces = fixture_forces(deflate, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_measures first, last;
+    int i;
+    if (plate) ASSERT_OK(make_plate(ctx, 0.5));
+    step.one_to_one = plate;
+    params.volume_lock = 1;
+    ASSERT_OK(springls_set_params(ctx, &params));
+    ASSERT_OK(springls_measure(ctx, &first));
+    for (i = 0; i < 6; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_OK(springls_measure(ctx, &last));
+    ASSERT_IN_RANGE(first.volume, last.volume, (plate ? 1e-3 : 1e-5) * first.volume); /* without the lock: -7 % */
+    if (!plate) ASSERT_EQ(1, last.components); /* rims of plates have specks */
+    ASSERT_GT(springls_get_stats(ctx).volume_correction, plate ? 0.001f : 0.03f);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* ---- the model's state is anything ---- */
 
 /* Springls with noise: whatever they are, the mesh is closed. */
 TEST noise_is_closed(int seed)
 {
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
     const float amount = 0.1f * (float)(seed % 10);
     springls__model *model = fixture_here(ctx);
@@ -341,7 +504,7 @@ TEST noise_is_closed(int seed)
 /* Random triangles: no surface at all. */
 TEST soup_is_closed(int seed)
 {
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 9.0f);
     found f;
     fixture_seed((uint32_t)seed);
@@ -378,13 +541,15 @@ static int same_mesh(const springls_mesh *a, const springls_mesh *b)
 /* The mesh is kept while the model stays, and made anew after what changes it: as a model has it that is restored. */
 TEST the_kept_mesh_is_of_the_model(void)
 {
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.2f, 15.8f, 8.0f), *other = fixture_context(32, &params);
     d3 axis = d3_make(0.1, 0.0, 0.0);
     springls_forces forces = fixture_forces(whirl, &axis);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_mesh first, again, moved, restored;
     springls_measures measures;
+    const float point[3] = { 15.0f, 15.0f, 15.0f };
+    uint32_t id[2];
     size_t size = 0;
     void *snapshot;
     ASSERT_OK(springls_extract_mesh(ctx, &first));
@@ -401,6 +566,9 @@ TEST the_kept_mesh_is_of_the_model(void)
     ASSERT_OK(springls_set_params(other, &params));
     ASSERT_OK(springls_extract_mesh(other, &restored));
     ASSERT(same_mesh(&moved, &restored));
+    ASSERT_OK(springls_component_of(ctx, point, 1, &id[0]));
+    ASSERT_OK(springls_component_of(other, point, 1, &id[1]));
+    ASSERT(id[0] == 1u && id[1] == 1u);
     free(snapshot);
     springls_mesh_free(ctx, &first);
     springls_mesh_free(ctx, &again);
@@ -437,7 +605,7 @@ TEST threads_give_the_same_mesh(void)
 TEST memory_may_run_out(void)
 {
     fixture_heap heap;
-    springls_params params = contoured();
+    springls_params params = followed();
     springls_desc desc = fixture_desc(16, &params);
     springls_sphere ball = fixture_ball(7.5f, 7.5f, 7.5f, 4.0f);
     springls_status status;
@@ -447,12 +615,14 @@ TEST memory_may_run_out(void)
         const float point[3] = { 7.0f, 7.5f, 12.5f };
         springls_mesh mesh;
         springls_hit hit;
+        uint32_t id;
         memset(&mesh, 0, sizeof mesh);
         desc.allocator = fixture_allocator(&heap);
         ASSERT_OK(springls_create(&desc, &ctx));
         ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
         heap.fail_at = heap.calls + fail++;
         status = springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, point, 1, &hit);
+        if (status == SPRINGLS_OK) status = springls_component_of(ctx, point, 1, &id);
         if (status == SPRINGLS_OK) status = springls_extract_mesh(ctx, &mesh);
         ASSERT(status == SPRINGLS_OK || (status == SPRINGLS_OUT_OF_MEMORY && !mesh.positions));
         springls_mesh_free(ctx, &mesh);
@@ -477,6 +647,10 @@ SUITE(contouring)
     RUN_TEST(the_border_is_closed);
     RUN_TEST(sides_of_a_sheet_keep_their_correspondences);
     RUN_TEST(queries_follow_the_mesh);
+    RUN_TEST(components_lie_in_each_other);
+    RUN_TESTp(pressed_balls_have_the_components_of_the_mesh, SPRINGLS_CONTACT_MERGE);
+    RUN_TESTp(pressed_balls_have_the_components_of_the_mesh, SPRINGLS_CONTACT_SEPARATE);
+    for (i = 0; i < 2; i++) RUN_TESTp(a_locked_volume_is_the_mesh, i);
     for (i = 0; i < 20; i++) RUN_TESTp(noise_is_closed, i);
     for (i = 0; i < 20; i++) RUN_TESTp(soup_is_closed, i);
     RUN_TEST(nothing_has_no_mesh);

@@ -4,7 +4,7 @@
    - model and twin go on with the same calls to the same states, however steps are divided and whatever memory holds;
    - reading leaves the twin's state and snapshot as they were;
    - a fresh context that restores the model answers every query as the twin does;
-   - the mesh is closed, measures are the mesh's, and components are the connected parts of mesh and phi;
+   - the mesh is closed, measures are the mesh's, and components are its connected parts, those of phi where it is that of phi;
    - springls are finite, their ids unique, and not more than two a voxel.
    test_lives SEED... lives the lives of these seeds, and prints their calls. LIVES_MINUTES=m lives new ones for m minutes. */
 #include "histories.h"
@@ -388,6 +388,7 @@ static springls_status set_params(life_side *s)
     springls_params p = one_in(3) ? springls_paper_params() : springls_default_params();
     p.band_half_width = width; /* stays while there is a model */
     if (one_in(3)) p.components = 1;
+    if (one_in(8)) p.contouring = SPRINGLS_CONTOURING_SPRINGLS;
     if (one_in(4)) p.volume_lock = 1;
     if (one_in(3)) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     if (one_in(3)) p.contact = SPRINGLS_CONTACT_SEPARATE;
@@ -786,6 +787,23 @@ static void check_bodies(random_life *l, springls_context *ctx, const springls_c
     free(of_part);
 }
 
+/* Checks that places inside the mesh lie in bodies of the list. */
+static void check_places(random_life *l, springls_context *ctx, const springls_component *list, int count)
+{
+    enum { PLACES = 32 };
+    float points[3 * PLACES];
+    uint8_t inside[PLACES];
+    uint32_t ids[PLACES];
+    int i, k;
+    for (i = 0; i < PLACES; i++) world_point(l, 5.0f * l->scale, points + 3 * i);
+    LIFE_CHECK(l, springls_sample_inside(ctx, points, PLACES, inside) == SPRINGLS_OK);
+    LIFE_CHECK(l, springls_component_of(ctx, points, PLACES, ids) == SPRINGLS_OK);
+    for (i = 0; i < PLACES; i++) {
+        for (k = 0; k < count && list[k].id != ids[i]; k++) continue;
+        LIFE_CHECK(l, !(inside[i] || ids[i]) || (k < count && !list[k].cavity));
+    }
+}
+
 /* Checks components: a body for each part of the mesh that has an inside, a cavity for each other, and together the volume and the
    area of the mesh. They are switched on where they are off. */
 static void check_components(random_life *l, springls_context *ctx)
@@ -822,7 +840,8 @@ static void check_components(random_life *l, springls_context *ctx)
     LIFE_CHECK(l, bodies[0] == bodies[1]);
     LIFE_CHECK(l, is_near(body.area, mesh_body.area, 1e-3, 1e-6));
     LIFE_CHECK(l, is_near(body.volume, mesh_body.volume, 1e-3, 1e-4 * mesh_body.area));
-    check_bodies(l, ctx, list, count);
+    if (p.contouring == SPRINGLS_CONTOURING_LEVEL_SET) check_bodies(l, ctx, list, count);
+    else check_places(l, ctx, list, count);
 }
 
 /* Checks that springls are finite, ids unique, and that there are no more of them than the manual says (MEMORY). */
@@ -979,6 +998,7 @@ static void check_chunks(random_life *l)
         if (k == count) memcpy(known[count++].brick, changed[i].brick, sizeof known[k].brick);
         known[k].triangles = changed[i].triangle_count;
     }
+    if (springls_get_params(l->twin).contouring != SPRINGLS_CONTOURING_LEVEL_SET) return; /* chunks are the zero level */
     for (k = 0; k < count; k++) triangles += known[k].triangles;
     LIFE_CHECK(l, springls_extract_mesh(l->twin, &mesh) == SPRINGLS_OK);
     n = mesh.triangle_count;

@@ -1,8 +1,8 @@
 /* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
    faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
    hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
-#ifndef SPRINGLS__OUTPUT_SURFACE_TABLE_H
-#define SPRINGLS__OUTPUT_SURFACE_TABLE_H
+#ifndef SPRINGLS__STAGES_SURFACE_TABLE_H
+#define SPRINGLS__STAGES_SURFACE_TABLE_H
 
 #include "../../kernels_embed/output/isosurface.h"
 #include "../../kernels_embed/output/patches.h"
@@ -12,7 +12,6 @@
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../model/host_access.h"
-#include "../solver/follow.h"
 
 typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_SORT_HITS,
@@ -543,8 +542,10 @@ SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, 
     memset(mesh, 0, sizeof *mesh);
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
+    ctx->surface_bricks = 0;
     if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__surface_bricks(&job));
+    ctx->surface_bricks = job.bricks;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
     job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
     springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
