@@ -81,6 +81,9 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             tbb/tbb.h libtbb-dev
             boost/version.hpp libboost-dev
             boost/iostreams/stream.hpp libboost-iostreams-dev" ;;
+    cgal)   # wraps meshes beside mend
+        headers="$headers
+            CGAL/alpha_wrap_3.h libcgal-dev" ;;
     elastix)   # registers beside register
         need_command elastix elastix ;;
     judges)   # what tests compare with, and skip where it is missing

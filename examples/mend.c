@@ -13,6 +13,8 @@
 #include "surface/mesh_simplify.h"
 #include "surface/mesh_weld.h"
 #include "surface/outer_skin.h"
+#include "surface/source_look.h"
+#include "surface/textured_mesh.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -26,7 +28,7 @@ struct mend {
     struct cli_common common;
     const char *input, *out, *picture, *set, *cavities;
     double opening, specks, weld, tolerance; /* voxels */
-    int triangles;
+    int triangles, texture; /* texture: texels a side, -1: found */
     bool strict;
     struct mesh mesh; /* as read, less the origin */
     double origin[3];
@@ -37,6 +39,7 @@ struct mend {
     springls_context *ctx;
     springls_mesh result;
     float *colors; /* of the result's vertices */
+    struct source_look look; /* of a file with images */
     double spacing, seconds, volume;
     int components, euler;
 };
@@ -104,10 +107,55 @@ static int *signed_indices(const uint32_t *indices, size_t triangle_count)
     return triangles;
 }
 
+static bool is_moved(const struct mend *m) { return m->origin[0] != 0.0 || m->origin[1] != 0.0 || m->origin[2] != 0.0; }
+
+/* Reads the images of the file and where they lie on the skin; where it has none, there is nothing to do. */
+static bool read_look(struct mend *m)
+{
+    static const char *const plain[] = {".ply", ".stl", ".off"};
+    const char *dot = strrchr(m->input, '.');
+    bool skip = !m->out || m->texture == 0 || is_moved(m) || !m->mesh.source;
+    for (size_t i = 0; dot && i < sizeof plain / sizeof *plain; ++i) {
+        skip = skip || strcasecmp(dot, plain[i]) == 0;
+    }
+    if (skip) {
+        return true;
+    }
+    uint32_t *numbers = malloc((m->skin.triangle_count + 1) * sizeof *numbers);
+    char error[SCENE_TEXT] = "not enough memory";
+    enum source_look_status status = SOURCE_LOOK_FAILED;
+    for (size_t t = 0; numbers && t < m->skin.triangle_count; ++t) {
+        numbers[t] = m->mesh.source[m->skin.source[t]];
+    }
+    if (numbers) {
+        status = source_look_make(m->input, numbers, m->skin.triangle_count, &m->look, error);
+    }
+    free(numbers);
+    if (status == SOURCE_LOOK_FINE && m->look.scene.missing_pictures > 0) {
+        fprintf(stderr, "mend: warning: %s: %d images cannot be read\n", m->input, m->look.scene.missing_pictures);
+    }
+    return status != SOURCE_LOOK_FAILED || cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
+}
+
+/* Takes the colors at the result's vertices from the images. */
+static bool color_by_look(struct mend *m)
+{
+    const size_t n = (size_t)m->result.vertex_count;
+    if (!m->look.triangles) {
+        return true;
+    }
+    free(m->colors);
+    m->colors = malloc((n + 1) * 3 * sizeof *m->colors);
+    for (size_t v = 0; m->colors && v < n; ++v) {
+        source_look_color(&m->look, m->result.positions + 3 * v, m->colors + 3 * v);
+    }
+    return m->colors != NULL;
+}
+
 /* Takes the colors of the mesh's vertices to those of the result, by the places that they come from. */
 static bool carry_colors(struct mend *m, const int *triangles)
 {
-    if (!m->mesh.colors) {
+    if (!m->mesh.colors || m->look.triangles) {
         return true;
     }
     const int n = m->result.vertex_count;
@@ -185,7 +233,7 @@ static bool make_solid(struct mend *m, springls_backend *backend)
                                     (float)m->spacing, &m->followed)
                           == SPRINGLS_OK
                       && springls_remesh(m->ctx) == SPRINGLS_OK && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
-                      && carry_colors(m, triangles) && thin_out(m) && measure_result(m);
+                      && carry_colors(m, triangles) && thin_out(m) && color_by_look(m) && measure_result(m);
     free(triangles);
     if (!fine) {
         return report_failure(m);
@@ -195,8 +243,6 @@ static bool make_solid(struct mend *m, springls_backend *backend)
 }
 
 /* ---- output ---- */
-
-static bool is_moved(const struct mend *m) { return m->origin[0] != 0.0 || m->origin[1] != 0.0 || m->origin[2] != 0.0; }
 
 /* Names what floats lose of places that are distant from the origin. */
 static void warn_of_floats(const struct mend *m)
@@ -213,8 +259,62 @@ static void warn_of_floats(const struct mend *m)
     }
 }
 
+static void color_of_texel(const void *user, int triangle, const float weight[3], float color[3])
+{
+    const struct mend *m = user;
+    float place[3] = {0.0f, 0.0f, 0.0f};
+    for (int k = 0; k < 3; ++k) {
+        vec3_add_scaled(place, weight[k], m->result.positions + 3 * (size_t)m->result.triangles[3 * triangle + k], place);
+    }
+    source_look_color(&m->look, place, color);
+}
+
+/* Returns a side of the result's image: a power of two with at least four texels for each of the file's images. */
+static int texture_size(const struct mend *m)
+{
+    int size = m->texture > 0 ? m->texture : 256;
+    while (m->texture < 0 && size < 4096 && (double)size * (double)size < 4.0 * m->look.texels) {
+        size *= 2;
+    }
+    return size;
+}
+
+/* Writes GLB with an image in which the solid has the colors of the mesh. */
+static bool write_textured(const struct mend *m)
+{
+    const struct gltf_mesh surface = {.positions = m->result.positions,
+                                      .normals = m->result.normals,
+                                      .triangles = m->result.triangles,
+                                      .vertex_count = m->result.vertex_count,
+                                      .triangle_count = m->result.triangle_count};
+    struct textured_mesh textured;
+    struct material material = material_plain();
+    const struct material plain = material;
+    for (int i = m->look.scene.material_count - 1; i >= 0; --i) { /* the first with an image */
+        material = m->look.scene.materials[i].image >= 0 ? m->look.scene.materials[i] : material;
+    }
+    memcpy(material.base, plain.base, sizeof material.base);
+    material.image = 0;
+    material.alpha = MATERIAL_OPAQUE;
+    material.two_sided = false;
+    const int size = texture_size(m);
+    if (!textured_mesh_make(&surface, size, 0, color_of_texel, m, &textured)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "--texture %d: too few texels for the charts of the solid, or not enough memory", size)
+            == CLI_CONTINUE;
+    }
+    const struct gltf_look look = {&material, &textured.picture, 1, 1};
+    const bool fine = gltf_write_mesh(m->out, &textured.mesh, &look);
+    textured_mesh_free(&textured);
+    return fine || cli_write_failed("mend", m->out);
+}
+
 static bool write_solid(const struct mend *m)
 {
+    const char *dot = strrchr(m->out, '.');
+    if (m->look.triangles && dot && strcasecmp(dot, ".glb") == 0) {
+        return write_textured(m);
+    }
+
     char error[MESH_TEXT] = "not enough memory";
     const size_t n = 3 * (size_t)m->result.triangle_count;
     uint32_t *indices = malloc((n + 1) * sizeof *indices);
@@ -389,6 +489,7 @@ static void free_all(struct mend *m)
     springls_destroy(m->ctx);
     outer_skin_free(&m->skin);
     mesh_free(&m->mesh);
+    source_look_free(&m->look);
     free(m->colors);
 }
 
@@ -397,7 +498,7 @@ static int run(struct mend *m)
 {
     const double begin = elapsed_seconds();
     springls_backend *backend = NULL;
-    bool fine = read_mesh(m) && find_skin(m);
+    bool fine = read_mesh(m) && find_skin(m) && read_look(m);
     if (fine) {
         backend = run_backend("mend", &m->common);
         fine = make_solid(m, backend);
@@ -418,7 +519,7 @@ static int run(struct mend *m)
 
 int main(int argc, char **argv)
 {
-    struct mend m = {.common = cli_common_defaults(), .cavities = "fill", .specks = 8.0, .weld = 0.75};
+    struct mend m = {.common = cli_common_defaults(), .cavities = "fill", .specks = 8.0, .weld = 0.75, .texture = -1};
     const struct cli_option table[] = {
         {"out", CLI_RESULT, &m.out, "SOLID", "PLY, OBJ, STL or GLB, by its extension", 0.0, 0.0, NULL},
         {"picture", CLI_OUTPUT, &m.picture, "FILE", "a PNG of the mesh and the solid", 0.0, 0.0, NULL},
@@ -429,6 +530,8 @@ int main(int argc, char **argv)
         {"weld", CLI_DOUBLE, &m.weld, "VOXELS", "borders that run along each other, no further apart, are joined", 0.0, 64.0, NULL},
         {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},
         {"tolerance", CLI_DOUBLE, &m.tolerance, "VOXELS", "fewer triangles, as long as the surface moves by no more", 0.001, 64.0, NULL},
+        {"texture", CLI_INT, &m.texture, "N", "texels a side of the image in GLB, for files with images (default: twice as theirs; 0: colors of vertices)",
+         0.0, 8192.0, NULL},
         {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},

@@ -33,8 +33,8 @@ static void run_targets_loop(void *arg, int begin, int end)
         uint32_t triangle = 0;
         bvh_distance(bvh, mesh->positions + 3 * v, closest, &triangle);
         const int *corner = target->mesh.triangles + 3 * triangle;
-        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest,
-                          weight);
+        vec3_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest,
+                         weight);
         memset(place, 0, 3 * sizeof *place);
         for (int k = 0; k < 3; ++k) {
             vec3_add_scaled(place, weight[k], target->mesh.positions + 3 * corner[k], place);

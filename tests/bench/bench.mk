@@ -21,6 +21,7 @@ bench_queries_USES      = springls
 bench_turns_USES        = springls
 bench_prepare_USES      = imaging
 bench_vtk_to_nifti_USES = imaging
+bench_solids_USES       = surface
 bench_imaging_LIBS      = -lcjson
 
 # Several sources: $(1) the program, $(2) the sources.
@@ -33,6 +34,7 @@ $(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
 $(eval $(call bench_rule,registration,tests/bench/registration.c tests/examples/elastix_parameters.h))
 $(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
 $(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
+$(eval $(call bench_rule,solids,$(wildcard tests/bench/solids*.c) tests/mesh_damage.h))
 $(eval $(call bench_rule,ablation,tests/bench/ablation.c tests/bench/motion.c))
 $(eval $(call bench_rule,accuracy,tests/bench/accuracy.c tests/bench/known_motions.c tests/bench/motion.c))
 $(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/known_motions.c tests/bench/motion.c))
@@ -49,12 +51,21 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) $(THREADS) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
+# Others that mend, each where its packages are.
+build/bench/solids_openvdb: tests/bench/solids_openvdb.cc $(call folder_archives,surface) build/bench/settings
+	$(SAY)$(CXX) -std=c++17 -O3 $(MACHINE) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
+	  -Wl,--copy-dt-needed-entries $(call folder_libs,surface) -lopenvdb -ltbb
+build/bench/solids_cgal: tests/bench/solids_cgal.cc build/bench/settings
+	$(SAY)$(CXX) -std=c++17 -O3 -frounding-math $(MACHINE) -MMD -MP -MF $@.d -o $@ $(filter %.cc,$^) -lgmp -lmpfr
+SOLIDS_PROGRAMS = build/mend build/bench/solids $(if $(wildcard /usr/include/openvdb/openvdb.h),build/bench/solids_openvdb) \
+                  $(if $(wildcard /usr/include/CGAL/alpha_wrap_3.h),build/bench/solids_cgal)
+
 BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 measurements: deps-examples   ## build every program that measures
-	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions $(BENCH_FILES) \
+	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries)
@@ -109,6 +120,12 @@ segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_D
 registration: deps-elastix   ## register beside elastix, on a beating heart of SPRINGLS_DATA with exact landmarks
 	@$(MAKE) --no-print-directory build/register build/bench/registration
 	@build/bench/registration
+
+solids:   ## 210 damaged solids mended by mend, CGAL and OpenVDB; with SPRINGLS_DATA 420 (SOLIDS=30; KEEP=1; ALONE=1; PAGE=docs/solids.md)
+	@$(DEPS) examples; $(DEPS) openvdb cgal || echo "Going on without: their rows are left out."
+	@$(MAKE) --no-print-directory $(SOLIDS_PROGRAMS)
+	@build/bench/solids $(if $(SOLIDS),--solids $(SOLIDS)) $(if $(filter 1,$(KEEP)),--keep) $(if $(filter 1,$(ALONE)),--alone) \
+	  $(if $(PAGE),--page $(PAGE) --picture $(dir $(PAGE))pictures/solids.png)
 
 IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prepare bench/imaging)
 quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')

@@ -226,6 +226,73 @@ TEST colors_come_along(void)
     PASS();
 }
 
+/* Red, green and blue by the place. */
+static void color_at(const float place[3], float color[3])
+{
+    color[0] = 0.5f + 0.3f * place[0];
+    color[1] = 0.5f + 0.3f * place[1];
+    color[2] = 0.5f + 0.8f * place[2];
+}
+
+/* Writes the ring as GLB with an image, in charts. */
+static bool write_textured_ring(const char *path, int size)
+{
+    static float colors[3 * ROUND * ACROSS], normals[3 * ROUND * ACROSS];
+    make_ring(&ring);
+    for (int i = 0; i < ROUND * ACROSS; ++i) color_at(ring.positions + 3 * i, colors + 3 * i);
+    for (int i = 0; i < ROUND * ACROSS; ++i) normals[3 * i + 2] = 1.0f; /* nobody looks at them */
+    const struct gltf_mesh surface = {.positions = ring.positions,
+                                      .normals = normals,
+                                      .colors = colors,
+                                      .triangles = (const int *)ring.indices,
+                                      .vertex_count = ROUND * ACROSS,
+                                      .triangle_count = 2 * ROUND * ACROSS};
+    return textured_mesh_write(path, &surface, size);
+}
+
+/* Images come along: the solid has one of its own, with the colors of the mesh at their places; without one, vertices have them. */
+TEST images_come_along(void)
+{
+    char path[512], error[SCENE_TEXT];
+    struct scene scene;
+    struct facts facts;
+    int wrong = 0;
+    snprintf(path, sizeof path, "%s", scratch("textured.glb"));
+    ASSERT(write_textured_ring(path, 256));
+    const char *const more[] = {"--grid", "48", "--out", scratch("mended.glb"), "--quiet", NULL};
+    ASSERT_EQ(0, run_mend(path, more));
+    ASSERT(scene_read(more[3], SCENE_ALL, &scene, error));
+    ASSERT_EQ(1, scene.part_count);
+    ASSERT_EQ(1, scene.picture_count);
+    const struct scene_part *part = &scene.parts[0];
+    ASSERT_EQ(512, scene.pictures[0].image.width);
+    ASSERT(part->uvs && part->normals);
+    for (int i = 0; i < part->triangle_count; ++i) { /* at the triangles' centers, in steps of 1/255 */
+        float place[3] = {0.0f, 0.0f, 0.0f}, uv[2] = {0.0f, 0.0f}, is[3], ought[3];
+        for (int k = 0; k < 3; ++k) {
+            const size_t v = (size_t)part->triangles[3 * i + k];
+            vec3_add_scaled(place, 1.0f / 3.0f, part->positions + 3 * v, place);
+            uv[0] += part->uvs[2 * v] / 3.0f;
+            uv[1] += part->uvs[2 * v + 1] / 3.0f;
+        }
+        byte_image_sample(&scene.pictures[0].image, uv, is);
+        color_at(place, ought);
+        wrong += fabsf(is[0] - ought[0]) > 2.6f / 255.0f || fabsf(is[1] - ought[1]) > 2.6f / 255.0f || fabsf(is[2] - ought[2]) > 2.6f / 255.0f;
+    }
+    ASSERT_IN_RANGE(0, wrong, part->triangle_count / 100);
+    scene_free(&scene);
+    const char *const vertices[] = {"--grid", "48", "--out", scratch("mended.ply"), "--quiet", NULL};
+    ASSERT_EQ(0, run_mend(path, vertices));
+    ASSERT(read_facts(vertices[3], &facts) && facts.mesh.colors);
+    for (size_t v = 0; v < facts.mesh.vertex_count; ++v) {
+        float ought[3];
+        color_at(facts.mesh.positions + 3 * v, ought);
+        for (size_t k = 0; k < 3; ++k) ASSERT_IN_RANGE(ought[k], facts.mesh.colors[3 * v + k], 5.0f / 255.0f);
+    }
+    mesh_free(&facts.mesh);
+    PASS();
+}
+
 /* Fewer triangles, by number and by tolerance: closed, without crossings, of one part and one hole, the volume to 1.8 %. */
 TEST triangles_are_as_many_as_asked_for(void)
 {
@@ -344,6 +411,7 @@ int main(int argc, char **argv)
     RUN_TEST(cracks_of_rough_surfaces_are_joined);
     RUN_TEST(hollows_go_or_stay);
     RUN_TEST(colors_come_along);
+    RUN_TEST(images_come_along);
     RUN_TEST(triangles_are_as_many_as_asked_for);
     RUN_TEST(what_is_lost_is_named);
     RUN_TEST(distant_meshes_keep_their_digits);

@@ -61,4 +61,21 @@ static inline float vec3_triangle_normal(const float c[9], float normal[3])
     return 0.5f * vec3_normalize(normal);
 }
 
+/* Computes barycentric weights by least squares in the triangle's plane; p lies in the triangle. */
+static inline void vec3_barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
+{
+    float u[3], v[3], w[3];
+    vec3_sub(b, a, u);
+    vec3_sub(c, a, v);
+    vec3_sub(p, a, w);
+    const float uu = vec3_dot(u, u), uv = vec3_dot(u, v), vv = vec3_dot(v, v), wu = vec3_dot(w, u), wv = vec3_dot(w, v);
+    const float d = uu * vv - uv * uv;
+    float s = d > 0.0f ? (vv * wu - uv * wv) / d : 0.0f, t = d > 0.0f ? (uu * wv - uv * wu) / d : 0.0f;
+    s = fminf(1.0f, fmaxf(0.0f, s));
+    t = fminf(1.0f - s, fmaxf(0.0f, t));
+    weight[0] = 1.0f - s - t;
+    weight[1] = s;
+    weight[2] = t;
+}
+
 #endif

@@ -25,8 +25,6 @@ void places_free(struct places *places);
 /* Finds the nearest place of the neutral surface; returns its distance. */
 float places_find(const struct places *places, const float point[3], struct place *place);
 
-/* Computes barycentric weights by least squares in the triangle's plane; p lies in the triangle. */
-void place_barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3]);
 struct influences place_influences(const struct character *character, const struct place *place);
 void place_uv(const struct character *character, const struct place *place, float uv[2]);
 /* Computes vertex color times base color times image color (bilinear, the image repeats), as display values. */

@@ -47,6 +47,8 @@ struct byte_image {
 
 bool byte_image_read(const unsigned char *bytes, size_t length, struct byte_image *image); /* as image_read */
 void byte_image_free(struct byte_image *image);
+/* Samples bilinearly, as display values; the picture repeats. uv: from its upper left corner. */
+void byte_image_sample(const struct byte_image *image, const float uv[2], float color[3]);
 bool byte_image_encode_png(const struct byte_image *image, unsigned char **bytes, size_t *size);
 
 /* ---- drawing ---- */

@@ -1,6 +1,7 @@
 /* image_read.c - decodes pictures by stb_image. */
 #include "pictures/image.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -69,6 +70,27 @@ void byte_image_free(struct byte_image *image)
 {
     stbi_image_free(image->rgb);
     memset(image, 0, sizeof *image);
+}
+
+/* Returns a texel index; pixel centers are at half integers and the image repeats. */
+static int texel(float u, int size, float *part)
+{
+    const float x = (u - floorf(u)) * (float)size - 0.5f, whole = floorf(x);
+    *part = x - whole;
+    return ((int)whole + size) % size;
+}
+
+void byte_image_sample(const struct byte_image *image, const float uv[2], float color[3])
+{
+    float s, t;
+    const int x = texel(uv[0], image->width, &s), y = texel(uv[1], image->height, &t);
+    const int x1 = (x + 1) % image->width, y1 = (y + 1) % image->height;
+    const unsigned char *row = image->rgb + 3 * (size_t)y * (size_t)image->width, *row1 = image->rgb + 3 * (size_t)y1 * (size_t)image->width;
+    for (int k = 0; k < 3; ++k) {
+        const float top = (1.0f - s) * ((float)row[3 * x + k] / 255.0f) + s * ((float)row[3 * x1 + k] / 255.0f);
+        const float bottom = (1.0f - s) * ((float)row1[3 * x + k] / 255.0f) + s * ((float)row1[3 * x1 + k] / 255.0f);
+        color[k] = (1.0f - t) * top + t * bottom;
+    }
 }
 
 bool image_read(const unsigned char *bytes, size_t length, struct image *image)

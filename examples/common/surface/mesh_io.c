@@ -48,6 +48,7 @@ struct builder {
     struct mesh *mesh;
     uint32_t *table; /* open addressing: numbers of vertices + 1, 0 = free */
     size_t mask;     /* slots - 1, where the slots are a power of two */
+    uint32_t number; /* of the next triangle of the file */
     char *error;
 };
 
@@ -72,8 +73,9 @@ static bool allocate(struct builder *b)
     b->table = calloc(slots, sizeof *b->table);
     b->mesh->positions = malloc(9 * triangles * sizeof *b->mesh->positions);
     b->mesh->indices = malloc(3 * triangles * sizeof *b->mesh->indices);
+    b->mesh->source = malloc(triangles * sizeof *b->mesh->source);
     b->mesh->colors = colored ? malloc(9 * triangles * sizeof *b->mesh->colors) : NULL;
-    if (!b->table || !b->mesh->positions || !b->mesh->indices || (colored && !b->mesh->colors)) {
+    if (!b->table || !b->mesh->positions || !b->mesh->indices || !b->mesh->source || (colored && !b->mesh->colors)) {
         return scene_fail(b->error, b->path, "not enough memory for %zu triangles", triangles);
     }
     return true;
@@ -115,6 +117,7 @@ static bool add_corner(struct builder *b, const struct scene_part *part, int ver
 static bool add_triangle(struct builder *b, const struct scene_part *part, const int from[3])
 {
     uint32_t *corner = b->mesh->indices + 3 * b->mesh->triangle_count;
+    const uint32_t number = b->number++;
     for (int k = 0; k < 3; ++k) {
         if (!add_corner(b, part, from[k], &corner[k])) {
             return false;
@@ -123,7 +126,7 @@ static bool add_triangle(struct builder *b, const struct scene_part *part, const
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
         ++b->mesh->dropped;
     } else {
-        ++b->mesh->triangle_count;
+        b->mesh->source[b->mesh->triangle_count++] = number;
     }
     return true;
 }
@@ -166,5 +169,6 @@ void mesh_free(struct mesh *mesh)
     free(mesh->positions);
     free(mesh->indices);
     free(mesh->colors);
+    free(mesh->source);
     memset(mesh, 0, sizeof *mesh);
 }

@@ -18,6 +18,7 @@ struct mesh {
     uint32_t *indices; /* 3 a triangle */
     size_t triangle_count;
     float *colors;  /* 3 a vertex, 0..1: the file's vertex colours, or those of several materials; NULL: it has none */
+    uint32_t *source; /* of each triangle, its number in the file; NULL: not known */
     size_t dropped; /* triangles left out: two corners became one vertex */
 };
 

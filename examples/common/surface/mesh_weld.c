@@ -209,6 +209,9 @@ static void renumber(struct weld *w)
             ++mesh->dropped;
             continue;
         }
+        if (mesh->source) {
+            mesh->source[n] = mesh->source[t];
+        }
         memcpy(mesh->indices + 3 * n++, c, sizeof c);
     }
     mesh->triangle_count = n;
