@@ -506,7 +506,7 @@ static bool draw(const struct bench *b)
                                             .indices = mesh.indices,
                                             .triangle_count = mesh.triangle_count,
                                             .style = RAYCAST_SPRINGL,
-                                            .edge_width = 0.3f,
+                                            .edged = 1, /* flat */
                                             .background_top = {1.0f, 1.0f, 1.0f},
                                             .background_bottom = {1.0f, 1.0f, 1.0f},
                                             .camera = camera};
