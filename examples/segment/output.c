@@ -189,6 +189,7 @@ static void report_object(const struct segment *run, const struct segment_result
     json_integer(json, "label_components", result->label_components);
     json_integer(json, "islands_removed", result->islands);
     json_number(json, "image_share", result->share);
+    json_number(json, "start_intensity", result->start_mean);
     json_integer(json, "euler", result->measures.euler);
     json_number(json, "coverage_min", result->coverage.least.area);
     json_number(json, "coverage_mean", result->coverage.mean.area);

@@ -161,7 +161,8 @@ static bool evolve(struct segment *run)
     progress_begin(&bar, "segment", progress_of(run, 0, set->steps), !cli_may_print(&set->common));
     for (int level = result->levels - 1; fine && level >= 0; --level) {
         fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
-            && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
+            && (started ? segment_start_from(run, &coarse, "from the coarser grid")
+                        : segment_start(run) && segment_look_at_start(run));
         volume_free(&coarse);
         fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, level, &bar)
             && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");

@@ -300,6 +300,7 @@ static bool find_objects(struct segment *run)
         }
         segment_keep(run);
         segment_print_summary(run);
+        run->doubtful = !segment_agrees_with_start(run) || run->doubtful;
         run->lacks_files = (set->common.out && !segment_write_object(run)) || run->lacks_files;
         segment_end_object(run);
     }
@@ -327,7 +328,8 @@ int main(int argc, char **argv)
         run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     }
     const bool done = segment_read(&run) && find_objects(&run) && (!set->common.out || segment_write(&run))
-                   && (!set->common.json || segment_report(&run, set->common.json)) && !run.lacks_files;
+                   && (!set->common.json || segment_report(&run, set->common.json)) && !run.lacks_files
+                   && !run.doubtful;
     segment_free(&run);
     return done ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
 }

@@ -51,6 +51,7 @@ struct segment_result {
     const struct segment_object *object;
     float low, high, ramp;   /* of the pressure */
     float voxel;             /* of the finest grid, mm */
+    double start_mean;       /* intensity where it started on the object, with a region force; else NaN */
     double start_dice;       /* of the starting mask against the reference; NaN: there is none */
     int steps, levels, springls;
     double springls_mean;    /* over the steps */
@@ -95,6 +96,7 @@ struct segment {
     int frame_count;
     float *distance;         /* the result on the image's grid, mm */
     uint8_t *inside, *truth; /* the result and the reference as masks */
+    bool doubtful;           /* an object does not agree with its start */
     bool lacks_files;        /* one of an object could not be written; the rest still is */
     const springls_mesh *surface; /* of the last frame, which owns it; NULL before segment_take_surface */
     springls_mesh truth_surface;
@@ -131,6 +133,10 @@ float segment_fastest(const struct segment *run); /* voxels a unit of time */
 int segment_look_every(const struct segment *run); /* steps from one look at what moves to the next */
 float segment_still(const struct segment *run); /* voxels from look to look that count as rest */
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse); /* `coarse` receives the previous grid */
+
+/* doubt.c: does the result agree with its start? */
+bool segment_look_at_start(struct segment *run);           /* when the model has it */
+bool segment_agrees_with_start(const struct segment *run); /* else prints one line */
 
 /* level_set.c: the same segmentation by a level set alone. */
 bool segment_compare_level_set(struct segment *run);

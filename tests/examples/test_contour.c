@@ -23,6 +23,7 @@ int main(int argc, char **argv)
 #define main segment_main
 #include "../../examples/segment/segment.c"
 #undef main
+#include "../../examples/segment/doubt.c"
 #include "../../examples/segment/forces.c"
 #include "../../examples/segment/grid.c"
 #include "../../examples/segment/input.c"
@@ -556,6 +557,36 @@ TEST seeds_grow_into_their_parts(void)
     PASS();
 }
 
+/* A contour that lets go of its seed, beside a ball, or ends with what was around its start, is no success. */
+TEST results_agree_with_their_start(void)
+{
+    struct segment run;
+    char words[1024];
+    memset(&run, 0, sizeof run);
+    ASSERT(two_balls(&run.image) && save(&run.image, in_folder("start.nii")));
+    const char *file = in_folder("start.nii");
+    snprintf(words, sizeof words, "%s --level 50 --seed 29,18,18 --radius 5 --steps 40 --out %s --no-pictures", file, in_folder("start"));
+    ASSERT_EQ(1, call(words));
+    ASSERT(number_in("start/report.json", "volume_ml") > 3.0); /* it is there all the same */
+    snprintf(words, sizeof words, "%s --pressure 0 --region 1 --center 16,18,18 --radius 7 --steps 20 --json %s", file, in_folder("start.json"));
+    ASSERT_EQ(0, call(words));
+    ASSERT_IN_RANGE(100.0, number_in("start.json", "start_intensity"), 15.0);
+    run.voxels = volume_voxels(&run.image);
+    run.inside = malloc(run.voxels);
+    run.result = run.results;
+    ASSERT(run.inside);
+    for (int bright = 0; bright < 2; ++bright) {
+        for (size_t n = 0; n < run.voxels; ++n) run.inside[n] = (run.image.data[n] > 50.0f) == bright;
+        run.result->start_mean = 90.0;
+        ASSERT_EQ(bright == 1, segment_agrees_with_start(&run));
+        run.result->start_mean = (double)NAN; /* without a region force it is not asked */
+        ASSERT(segment_agrees_with_start(&run));
+    }
+    free(run.inside);
+    volume_free(&run.image);
+    PASS();
+}
+
 TEST share_of_the_image_is_reported(void)
 {
     struct volume v;
@@ -705,6 +736,7 @@ int main(int argc, char **argv)
     RUN_TEST(grid_is_the_images_own);
     RUN_TEST(islands_are_kept_or_removed);
     RUN_TEST(seeds_grow_into_their_parts);
+    RUN_TEST(results_agree_with_their_start);
     RUN_TEST(share_of_the_image_is_reported);
     RUN_TEST(a_picture_may_fail);
     RUN_TEST(voxels_without_a_value_are_warned_of);
