@@ -197,14 +197,19 @@ LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,metric more_lives) \
 ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python examples/test_pages) \
                 $(UNIT_TESTS) $(JUDGED_TESTS)
 PLAIN_TESTS   = $(call chosen,$(filter-out $(LATER_TESTS),$(ALL_PLAIN)),$(ALL_PLAIN))
+# Under a sanitizer quick are the tests of stages, and of what is read from outside, saved and allocated.
+SANITIZED_TESTS = $(STAGE_TESTS) $(addprefix unit/test_,allocation bad_input chunks contouring lives not_finite query reading set_dirty_mesh set_mesh set_springls \
+                snapshot) $(addprefix examples/test_,bad_files common gltf mend volume) $(FUZZ_TESTS)
+ifeq ($(VARIANT),asan)
+  PLAIN_TESTS = $(call chosen,$(SANITIZED_TESTS),$(ALL_PLAIN))
+endif
+# MemorySanitizer needs all of a program compiled with it, other libraries too.
+ifeq ($(VARIANT),msan)
+  PLAIN_TESTS = $(call chosen,$(STAGE_TESTS) $(addprefix unit/test_,lives reading snapshot),$(UNIT_TESTS))
+endif
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
-endif
-# MemorySanitizer needs all of a program compiled with it, other libraries too.
-# Quick are those of stages and of what is saved and read.
-ifeq ($(VARIANT),msan)
-  PLAIN_TESTS = $(call chosen,$(STAGE_TESTS) $(addprefix unit/test_,lives reading snapshot),$(UNIT_TESTS))
 endif
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
 ALL_LIBRARY   = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c)) portability/same_hashes
