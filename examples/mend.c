@@ -217,6 +217,12 @@ static bool measure_result(struct mend *m)
     return true;
 }
 
+/* Makes springls even where they are the surface. The level set stays as it is, and with it the surface that is its zero level. */
+static bool even_springls(const struct mend *m)
+{
+    return m->params.contouring != SPRINGLS_CONTOURING_SPRINGLS || springls_remesh(m->ctx) == SPRINGLS_OK;
+}
+
 static bool make_solid(struct mend *m, springls_backend *backend)
 {
     double lower[3], upper[3];
@@ -232,7 +238,7 @@ static bool make_solid(struct mend *m, springls_backend *backend)
     const bool fine = mesh_followed(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, triangles, (int)m->skin.triangle_count,
                                     (float)m->spacing, &m->followed)
                           == SPRINGLS_OK
-                      && springls_remesh(m->ctx) == SPRINGLS_OK && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
+                      && even_springls(m) && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
                       && carry_colors(m, triangles) && thin_out(m) && color_by_look(m) && measure_result(m);
     free(triangles);
     if (!fine) {
