@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
+#include "springls/indices.h"
 #include "springls/mesh_followed.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
@@ -134,6 +135,26 @@ static void share_origin(struct csg *csg)
     }
 }
 
+/* Refuses two solids that are specks on one grid, and whose places floats cannot hold beside each other. */
+static bool lie_together(const struct csg *csg)
+{
+    const double most = 512.0; /* times the larger one's size */
+    double size = 0.0, extent = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        double lower = INFINITY, upper = -INFINITY;
+        for (int i = 0; i < csg->count; ++i) {
+            const struct solid *s = &csg->solids[i];
+            size = fmax(size, (double)s->upper[c] - (double)s->lower[c]);
+            lower = fmin(lower, (double)s->lower[c]);
+            upper = fmax(upper, (double)s->upper[c]);
+        }
+        extent = fmax(extent, upper - lower);
+    }
+    return csg->count < 2 || extent <= most * size
+        || cli_fail("csg", CLI_EXIT_FAILURE, "%s and %s lie %.4g apart, %.0f times their size: not on one grid", csg->solids[0].text,
+                    csg->solids[1].text, extent - size, extent / size) == CLI_CONTINUE;
+}
+
 /* Makes a grid of cubes around all solids, with a margin for the result. */
 static springls_grid_desc make_grid(struct csg *csg)
 {
@@ -184,10 +205,7 @@ static bool make_solid(struct solid *s, int number, double spacing)
                            : springls_set_implicit(s->ctx, springls_implicit_box, &s->box)) == SPRINGLS_OK
                && paint(s, number, NULL);
     }
-    int *triangles = malloc((3 * s->mesh.triangle_count + 1) * sizeof *triangles);
-    for (size_t i = 0; triangles && i < 3 * s->mesh.triangle_count; ++i) {
-        triangles[i] = (int)s->mesh.indices[i];
-    }
+    int *triangles = signed_indices(s->mesh.indices, s->mesh.triangle_count);
     const bool fine = triangles
                       && mesh_followed(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, triangles, (int)s->mesh.triangle_count,
                                        (float)spacing, &s->followed)
@@ -231,19 +249,9 @@ static bool extract(springls_context *ctx, springls_mesh *mesh, float **colors)
     return *colors && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colors) == SPRINGLS_OK;
 }
 
-static uint32_t *indices_of(const springls_mesh *mesh)
-{
-    const size_t n = 3 * (size_t)mesh->triangle_count;
-    uint32_t *indices = malloc((n + 1) * sizeof *indices);
-    for (size_t i = 0; indices && i < n; ++i) {
-        indices[i] = (uint32_t)mesh->triangles[i];
-    }
-    return indices;
-}
-
 static bool draw(const springls_mesh *mesh, const float *colors, const struct raycast_camera *camera, struct image *picture)
 {
-    uint32_t *indices = indices_of(mesh);
+    uint32_t *indices = unsigned_indices(mesh);
     const struct raycast_scene scene = {.positions = mesh->positions,
                                         .vertex_count = (size_t)mesh->vertex_count,
                                         .indices = indices,
@@ -287,7 +295,7 @@ static bool draw_solid(struct csg *csg, int number, const struct raycast_camera 
 static bool write_result(struct csg *csg)
 {
     char error[MESH_TEXT] = "not enough memory";
-    uint32_t *indices = indices_of(&csg->mesh);
+    uint32_t *indices = unsigned_indices(&csg->mesh);
     const double *origin = csg->solids[0].origin;
     const struct mesh_arrays arrays = {.positions = csg->mesh.positions,
                                        .vertex_count = (size_t)csg->mesh.vertex_count,
@@ -411,6 +419,9 @@ static bool run(struct csg *csg, springls_backend *backend)
         return nothing_left(csg);
     }
     share_origin(csg);
+    if (!lie_together(csg)) {
+        return false;
+    }
     const springls_grid_desc grid = make_grid(csg);
     const struct raycast_camera camera = camera_of(csg);
     for (int i = 0; i < csg->count; ++i) {

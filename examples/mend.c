@@ -4,6 +4,7 @@
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "pictures/raycast.h"
+#include "springls/indices.h"
 #include "springls/mesh_followed.h"
 #include "springls/run_options.h"
 #include "springls/solid_grid.h"
@@ -96,15 +97,6 @@ static bool find_skin(struct mend *m)
                                          .cavities = strcmp(m->cavities, "keep") == 0};
     return outer_skin_find(m->mesh.positions, m->mesh.indices, m->mesh.triangle_count, &spec, &m->skin, &why)
         || cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, why) == CLI_CONTINUE;
-}
-
-static int *signed_indices(const uint32_t *indices, size_t triangle_count)
-{
-    int *triangles = malloc((3 * triangle_count + 1) * sizeof *triangles);
-    for (size_t i = 0; triangles && i < 3 * triangle_count; ++i) {
-        triangles[i] = (int)indices[i];
-    }
-    return triangles;
 }
 
 static bool is_moved(const struct mend *m) { return m->origin[0] != 0.0 || m->origin[1] != 0.0 || m->origin[2] != 0.0; }
@@ -322,11 +314,7 @@ static bool write_solid(const struct mend *m)
     }
 
     char error[MESH_TEXT] = "not enough memory";
-    const size_t n = 3 * (size_t)m->result.triangle_count;
-    uint32_t *indices = malloc((n + 1) * sizeof *indices);
-    for (size_t i = 0; indices && i < n; ++i) {
-        indices[i] = (uint32_t)m->result.triangles[i];
-    }
+    uint32_t *indices = unsigned_indices(&m->result);
     const struct mesh_arrays arrays = {.positions = m->result.positions,
                                        .vertex_count = (size_t)m->result.vertex_count,
                                        .indices = indices,
@@ -359,12 +347,9 @@ static bool write_picture(const struct mend *m)
     const float direction[3] = {0.75f, -1.0f, 0.7f}, up[3] = {0.0f, 0.0f, 1.0f};
     const struct raycast_camera camera = raycast_frame_points(m->mesh.positions, m->mesh.vertex_count, direction, up, 0.0f, 1.0f);
     const size_t n = 3 * (size_t)m->result.triangle_count;
-    uint32_t *indices = malloc((n + 1) * sizeof *indices);
+    uint32_t *indices = unsigned_indices(&m->result);
     struct image pictures[2], strip;
     memset(pictures, 0, sizeof pictures);
-    for (size_t i = 0; indices && i < n; ++i) {
-        indices[i] = (uint32_t)m->result.triangles[i];
-    }
     bool fine = indices
                 && draw(m->mesh.positions, m->mesh.vertex_count, m->mesh.indices, m->mesh.triangle_count, &camera, &pictures[0])
                 && draw(m->result.positions, (size_t)m->result.vertex_count, indices, n / 3, &camera, &pictures[1])

@@ -25,11 +25,10 @@ int main(int argc, char **argv)
 
 #include "base/vec3.h"
 #include "gltf_problems.h"
-#include "scratch.h"
+#include "run_program.h"
 #include "surface/mesh_check.h"
 
 #include <sys/stat.h>
-#include <unistd.h>
 
 #define PI 3.14159265358979
 
@@ -38,31 +37,8 @@ int main(int argc, char **argv)
 /* Returns the program's status; what it prints goes into files. The last argument is NULL. */
 static int run_csg(const char *operation, const char *first, const char *second, const char *const *more)
 {
-    const char *arguments[16] = {"csg", operation, first};
-    int count = 3;
-    if (second) arguments[count++] = second;
-    while (more && *more) arguments[count++] = *more++;
-    fflush(NULL);
-    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
-    if (!freopen(scratch("stderr"), "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) return -99;
-    const int status = csg_main(count, (char **)(uintptr_t)arguments);
-    fflush(NULL);
-    dup2(keep_error, STDERR_FILENO);
-    dup2(keep_output, STDOUT_FILENO);
-    close(keep_error);
-    close(keep_output);
-    return status;
-}
-
-/* Returns what a run has printed on stderr. */
-static const char *complaint(void)
-{
-    static char text[1024];
-    FILE *file = fopen(scratch("stderr"), "r");
-    const size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    if (file) fclose(file);
-    text[length] = '\0';
-    return text;
+    const char *const arguments[] = {"csg", operation, first, second, NULL};
+    return run_program(csg_main, arguments, more);
 }
 
 /* Runs and expects a failure: this status, and one line with `word` in it. */
@@ -70,7 +46,7 @@ static greatest_test_res refused(int status, const char *word, const char *opera
                                  const char *const *more)
 {
     ASSERT_EQ(status, run_csg(operation, first, second, more));
-    const char *text = complaint();
+    const char *text = printed("stderr");
     ASSERTm(text, strstr(text, word) != NULL);
     ASSERTm(text, strncmp(text, "csg: ", 5) == 0 && strchr(text, '\n') == text + strlen(text) - 1);
     PASS();
@@ -254,7 +230,7 @@ TEST what_is_lost_is_named(void)
     const char *const strict[] = {"--grid", "48", "--result", kept, "--quiet", "--strict", NULL};
     const char *const lax[] = {"--grid", "48", "--result", kept, "--quiet", NULL};
     ASSERT_EQ(3, run_csg("remesh", lossy, NULL, strict));
-    ASSERT(strstr(complaint(), "try a finer --grid"));
+    ASSERT(strstr(printed("stderr"), "try a finer --grid"));
     ASSERT(is_there(kept));
     ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", lossy, NULL, lax));
     ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", fine, NULL, strict));
@@ -291,6 +267,8 @@ TEST empty_results_leave_no_file(void)
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "difference: nothing is left", "difference", "ball:0,0,0,1", "ball:0,0,0,2", more));
     const char *const smooth[] = {"--amount", "5", "--grid", "512", "--result", scratch("nothing.ply"), NULL}; /* too large for the work */
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "smooth: nothing is left", "smooth", "ball:0,0,0,1", NULL, smooth));
+    const char *const apart[] = {"--result", scratch("nothing.ply"), NULL};
+    CHECK_CALL(refused(CLI_EXIT_FAILURE, "lie 2998 apart, 1500 times their size", "union", "ball:0,0,0,1", "ball:2998,0,0,1", apart));
     const char *const shrink[] = {"--amount", "-2", "--result", scratch("nothing.ply"), NULL};
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "nothing is left", "offset", "ball:0,0,0,1", NULL, shrink));
     ASSERT_FALSE(is_there(scratch("nothing.ply")));

@@ -24,40 +24,17 @@ int main(int argc, char **argv)
 #undef main
 
 #include "mesh_damage.h"
-#include "scratch.h"
+#include "run_program.h"
 
 #include <sys/stat.h>
-#include <unistd.h>
 
 #define PI 3.14159265358979
 
 /* Returns the program's status; what it prints goes into files. The last argument is NULL. */
 static int run_mend(const char *input, const char *const *more)
 {
-    const char *arguments[20] = {"mend", input};
-    int count = 2;
-    while (more && *more) arguments[count++] = *more++;
-    fflush(NULL);
-    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
-    if (!freopen(scratch("stderr"), "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) return -99;
-    const int status = mend_main(count, (char **)(uintptr_t)arguments);
-    fflush(NULL);
-    dup2(keep_error, STDERR_FILENO);
-    dup2(keep_output, STDOUT_FILENO);
-    close(keep_error);
-    close(keep_output);
-    return status;
-}
-
-/* Returns what a run has printed. */
-static const char *printed(const char *name)
-{
-    static char text[2048];
-    FILE *file = fopen(scratch(name), "r");
-    const size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
-    if (file) fclose(file);
-    text[length] = '\0';
-    return text;
+    const char *const arguments[] = {"mend", input, NULL};
+    return run_program(mend_main, arguments, more);
 }
 
 /* ---- meshes ---- */
