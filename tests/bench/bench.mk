@@ -60,12 +60,17 @@ build/bench/solids_cgal: tests/bench/solids_cgal.cc build/bench/settings
 SOLIDS_PROGRAMS = build/mend build/bench/solids $(if $(wildcard /usr/include/openvdb/openvdb.h),build/bench/solids_openvdb) \
                   $(if $(wildcard /usr/include/CGAL/alpha_wrap_3.h),build/bench/solids_cgal)
 
+# With OpenVDB's rows where it is installed.
+build/bench/surface: tests/bench/surface.cc $(call folder_archives,pictures) build/bench/settings | springls.h
+	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
+	  -Wl,--copy-dt-needed-entries $(call folder_libs,pictures) $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb)
+
 BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 measurements: deps-examples   ## build every program that measures
-	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids $(BENCH_FILES) \
+	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids surface $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries)
@@ -83,6 +88,10 @@ paper:   ## docs/results.md: the paper's tables and figures, theirs and ours (PA
 	@$(DEPS) examples scan
 	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))
 	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(if $(JOBS),--jobs $(JOBS)) $(PAPER)
+
+surface: deps-examples   ## docs/surface.md: the watertight surface of known shapes, beside OpenVDB's volumeToMesh where that is installed (PAGE= PICTURE=)
+	@$(MAKE) --no-print-directory build/bench/surface
+	@build/bench/surface $(or $(PAGE),docs/surface.md) $(or $(PICTURE),docs/pictures/surface.png)
 
 ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation
