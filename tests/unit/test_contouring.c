@@ -636,6 +636,41 @@ TEST memory_may_run_out(void)
     PASS();
 }
 
+/* The same of steps that follow components, or keep volumes, of the mesh. */
+TEST memory_may_run_out_in_a_step(int lock)
+{
+    fixture_heap heap;
+    springls_params params = contoured();
+    springls_desc desc = fixture_desc(16, &params);
+    springls_sphere ball = fixture_ball(7.5f, 7.5f, 7.5f, 4.0f);
+    springls_forces forces = fixture_forces(deflate, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_status status;
+    int fail = 0;
+    params.volume_lock = lock;
+    params.components = !lock;
+    do {
+        springls_context *ctx;
+        const springls_component *list;
+        int count;
+        desc.allocator = fixture_allocator(&heap);
+        ASSERT_OK(springls_create(&desc, &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        heap.fail_at = heap.calls + fail++;
+        status = springls_step(ctx, &step);
+        if (status == SPRINGLS_OK) status = springls_step(ctx, &step);
+        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_OUT_OF_MEMORY);
+        heap.fail_at = -1;
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_OK(springls_components(ctx, &list, &count));
+        ASSERT_EQ(1, count);
+        springls_destroy(ctx);
+        ASSERT_EQ(0, heap.blocks);
+    } while (status != SPRINGLS_OK);
+    ASSERT_GT(fail, 10);
+    PASS();
+}
+
 SUITE(contouring)
 {
     static const double thickness[5] = { 2.0, 1.0, 0.5, 0.25, 0.1 };
@@ -657,6 +692,7 @@ SUITE(contouring)
     RUN_TEST(the_kept_mesh_is_of_the_model);
     RUN_TEST(threads_give_the_same_mesh);
     RUN_TEST(memory_may_run_out);
+    for (i = 0; i < 2; i++) RUN_TESTp(memory_may_run_out_in_a_step, i);
 }
 
 int main(int argc, char **argv)
