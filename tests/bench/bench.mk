@@ -11,6 +11,7 @@ bench_bench_USES        = base
 bench_segmentation_USES = base
 bench_imaging_USES      = pictures
 bench_registration_USES = imaging
+bench_variations_USES   = imaging
 bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
 bench_accuracy_USES     = springls surface
@@ -32,6 +33,7 @@ endef
 $(eval $(call bench_rule,bench,tests/bench/bench.c))
 $(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
 $(eval $(call bench_rule,registration,tests/bench/registration.c tests/examples/elastix_parameters.h))
+$(eval $(call bench_rule,variations,tests/bench/variations.c tests/examples/elastix_parameters.h))
 $(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
 $(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
 $(eval $(call bench_rule,solids,$(wildcard tests/bench/solids*.c) tests/mesh_damage.h))
@@ -126,9 +128,10 @@ segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_D
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
 
-registration: deps-elastix   ## register beside elastix, on a beating heart of SPRINGLS_DATA with exact landmarks
-	@$(MAKE) --no-print-directory build/register build/bench/registration
-	@build/bench/registration
+registration: deps-elastix   ## register beside elastix, on a beating heart with exact landmarks, and eleven variations of it (ONLY=motion, variations)
+	@$(MAKE) --no-print-directory build/register build/bench/registration build/bench/variations
+	@test '$(ONLY)' = variations || build/bench/registration
+	@test '$(ONLY)' = motion || build/bench/variations
 
 solids:   ## 210 damaged solids mended by mend, CGAL and OpenVDB; with SPRINGLS_DATA 420 (SOLIDS=30; KEEP=1; ALONE=1; PAGE=docs/solids.md)
 	@$(DEPS) examples; $(DEPS) openvdb cgal || echo "Going on without: their rows are left out."

@@ -540,7 +540,10 @@ TEST mirrored_images_are_named(void)
     paint_handle(&fixed, center, (const double(*)[4])map);
     set.similarity = REGISTER_AUTO;
     set.iterations = 0;
-    for (int mirrored = 0; mirrored < 2; ++mirrored) {
+    for (int way = 0; way < 6; ++way) { /* also where the images are not aligned, and begun by their headers alone */
+        const int mirrored = way % 2;
+        set.align = way < 2 ? REGISTER_ALIGN_NONE : REGISTER_ALIGN_RIGID;
+        set.start = way < 4 ? REGISTER_START_CENTERS : REGISTER_START_HEADERS;
         map[1][1] = mirrored ? -1.0 : 1.0;
         map[1][3] = mirrored ? 2.0 * (double)center[1] : 3.0;
         paint_handle(&moving, center, (const double(*)[4])map);

@@ -208,11 +208,20 @@ static int last_candidate(enum register_align align, enum register_start start)
     return align == REGISTER_ALIGN_TRANSLATION || start == REGISTER_START_CENTERS ? 1 : CUBE + AXES;
 }
 
-/* Tries the mirror images, which no map of a body to itself can reach. */
+/* Tries the mirror images, which no map of a body to itself can reach. motion: REGISTER_ALIGN_NONE where the images lie as they are; then
+ * both are moved, here alone. */
 static bool look_in_mirrors(const struct volume *fixed, const struct volume *moving, const struct mass masses[2],
                             enum register_align motion, double best, float *values, struct registration *result)
 {
     bool good = true;
+    if (motion == REGISTER_ALIGN_NONE) {
+        double tried[3][4];
+        struct relation found = {.kind = RELATION_LINE};
+        motion = REGISTER_ALIGN_RIGID;
+        register_identity(tried);
+        good = register_affine_related(fixed, moving, motion, tried, &found);
+        best = good ? fmax(best, agreement(fixed, moving, (const double(*)[4])tried, &found, values)) : best;
+    }
     result->mirrored = 0;
     result->as_it_is = result->in_mirror = best;
     for (int axis = 0; good && axis < 3; ++axis) {
@@ -241,9 +250,8 @@ bool register_find_start(const struct volume *fixed, const struct volume *moving
     float *values = malloc(volume_voxels(fixed) * sizeof *values);
     bool good = values != NULL;
     register_identity(result->affine);
-    if (good && last > 0 && !(find_mass(fixed, &masses[0]) && find_mass(moving, &masses[1]))) {
-        last = 0;
-    }
+    const bool massive = good && find_mass(fixed, &masses[0]) && find_mass(moving, &masses[1]);
+    last = massive ? last : 0;
     for (int number = 0; good && number <= last; ++number) {
         double tried[3][4];
         struct relation found = {.kind = RELATION_LINE};
@@ -260,7 +268,7 @@ bool register_find_start(const struct volume *fixed, const struct volume *moving
         result->headers_apart = number == 0 ? good && !(agrees > no_overlap) : result->headers_apart;
     }
     *overlap = best > no_overlap;
-    if (good && *overlap && last > 0 && settings->similarity == REGISTER_AUTO) {
+    if (good && *overlap && massive && settings->similarity == REGISTER_AUTO) {
         good = look_in_mirrors(fixed, moving, masses, motion, best, values, result);
     }
     free(values);
