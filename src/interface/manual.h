@@ -340,11 +340,13 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh. So do components, events and volume_lock: a component is what a connected part of the
-   mesh bounds, a sheet below a voxel too, two bodies are two while springls hold the gap between them, and with components or
-   volume_lock each step makes the mesh once, with volume_lock once more for each correction. There a change of contouring ends the step
-   in progress, and components are found anew. Chunks and distances are those of phi with either value: where a sheet is
-   thinner than phi can hold they miss it. So is min_component, and what bodies stay two (CONTACT): these change the model.
+   springls_sample_inside follow the same mesh.
+
+   So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
+   two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its
+   end, with volume_lock once more for each correction. There a change of contouring ends the step in progress, and components are found
+   anew. Chunks and distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact
+   use phi too, since they change the model.
 
 
    MOTION FROM OUTSIDE
@@ -442,7 +444,8 @@
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and
        events.
-     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components; those of what springls hold follow it.
+     - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components; with SPRINGLS_CONTOURING_SPRINGLS components follow the
+       springls.
 
 
    ERRORS OF PLACE

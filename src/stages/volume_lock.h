@@ -351,7 +351,7 @@ SPRINGLS__FN springls_status springls__correct_volumes(springls_context *ctx, sp
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
         SPRINGLS__TRY(springls__measure_bodies(ctx, lock));
     }
-    springls__constellation_moved(ctx);
+    if (!contoured) springls__constellation_moved(ctx); /* or the last mesh has been made of what moved */
     springls__mark_phi_synced(ctx);
     for (i = 0; i < lock->graph.labels.count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(lock->item[i].moved));
