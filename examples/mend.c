@@ -23,13 +23,13 @@
 #include <string.h>
 #include <strings.h>
 
-enum { PICTURE = 480, EXIT_LOSS = 3 };
+enum { PICTURE = 480, EXIT_LOSS = 3, TEXTURE_LEAST = 1024, TEXTURE_MOST = 4096 };
 
 struct mend {
     struct cli_common common;
     const char *input, *out, *picture, *set, *cavities;
     double opening, specks, weld, tolerance; /* voxels */
-    int triangles, texture; /* texture: texels a side, -1: found */
+    int triangles, texture; /* texture: texels a side; 0: none, colors of vertices; -1: found */
     bool strict;
     struct mesh mesh; /* as read, less the origin */
     double origin[3];
@@ -106,7 +106,7 @@ static bool read_look(struct mend *m)
 {
     static const char *const plain[] = {".ply", ".stl", ".off"};
     const char *dot = strrchr(m->input, '.');
-    bool skip = !m->out || m->texture == 0 || is_moved(m) || !m->mesh.source;
+    bool skip = !m->out || is_moved(m) || !m->mesh.source;
     for (size_t i = 0; dot && i < sizeof plain / sizeof *plain; ++i) {
         skip = skip || strcasecmp(dot, plain[i]) == 0;
     }
@@ -123,8 +123,8 @@ static bool read_look(struct mend *m)
         status = source_look_make(m->input, numbers, m->skin.triangle_count, &m->look, error);
     }
     free(numbers);
-    if (status == SOURCE_LOOK_FINE && m->look.scene.missing_pictures > 0) {
-        fprintf(stderr, "mend: warning: %s: %d images cannot be read\n", m->input, m->look.scene.missing_pictures);
+    if (status != SOURCE_LOOK_FAILED && m->look.missing > 0) {
+        fprintf(stderr, "mend: warning: %s: %d image%s cannot be read\n", m->input, m->look.missing, m->look.missing == 1 ? "" : "s");
     }
     return status != SOURCE_LOOK_FAILED || cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
 }
@@ -167,11 +167,12 @@ static bool gather(float *values, const int *kept, int count)
     for (int v = 0; moved && values && v < count; ++v) {
         memcpy(moved + 3 * (size_t)v, values + 3 * (size_t)kept[v], 3 * sizeof *moved);
     }
+    const bool fine = moved != NULL;
     if (moved && values) {
         memcpy(values, moved, (size_t)count * 3 * sizeof *moved);
     }
     free(moved);
-    return moved != NULL;
+    return fine;
 }
 
 /* Leaves as many triangles as asked for, with the normals and colors of the vertices left. */
@@ -270,22 +271,33 @@ static void color_of_texel(const void *user, int triangle, const float weight[3]
 /* Returns a side of the result's image: a power of two with at least four texels for each of the file's images. */
 static int texture_size(const struct mend *m)
 {
-    int size = m->texture > 0 ? m->texture : 256;
-    while (m->texture < 0 && size < 4096 && (double)size * (double)size < 4.0 * m->look.texels) {
+    int size = TEXTURE_LEAST;
+    while (size < TEXTURE_MOST && (double)size * (double)size < 4.0 * m->look.texels) {
         size *= 2;
     }
     return size;
 }
 
-/* Writes GLB with an image in which the solid has the colors of the mesh. */
-static bool write_textured(const struct mend *m)
+/* Cuts the solid into charts and bakes an image: of the size asked for, or of the least size that charts fit in. textured->atlas.full: they
+ * do not. */
+static bool bake(const struct mend *m, struct textured_mesh *textured)
 {
     const struct gltf_mesh surface = {.positions = m->result.positions,
                                       .normals = m->result.normals,
                                       .triangles = m->result.triangles,
                                       .vertex_count = m->result.vertex_count,
                                       .triangle_count = m->result.triangle_count};
-    struct textured_mesh textured;
+    bool fine = false;
+    for (int size = m->texture > 0 ? m->texture : texture_size(m), more = 1; more; size *= 2) {
+        fine = textured_mesh_make(&surface, size, 0, color_of_texel, m, textured);
+        more = !fine && textured->atlas.full && m->texture < 0 && size < TEXTURE_MOST;
+    }
+    return fine;
+}
+
+/* Writes GLB with the image. */
+static bool write_textured(const struct mend *m, struct textured_mesh *textured)
+{
     struct material material = material_plain();
     const struct material plain = material;
     for (int i = m->look.scene.material_count - 1; i >= 0; --i) { /* the first with an image */
@@ -295,24 +307,32 @@ static bool write_textured(const struct mend *m)
     material.image = 0;
     material.alpha = MATERIAL_OPAQUE;
     material.two_sided = false;
-    const int size = texture_size(m);
-    if (!textured_mesh_make(&surface, size, 0, color_of_texel, m, &textured)) {
-        return cli_fail("mend", CLI_EXIT_FAILURE, "--texture %d: too few texels for the charts of the solid, or not enough memory", size)
-            == CLI_CONTINUE;
-    }
-    const struct gltf_look look = {&material, &textured.picture, 1, 1};
-    const bool fine = gltf_write_mesh(m->out, &textured.mesh, &look);
-    textured_mesh_free(&textured);
-    return fine || cli_write_failed("mend", m->out);
+    const struct gltf_look look = {&material, &textured->picture, 1, 1};
+    return gltf_write_mesh(m->out, &textured->mesh, &look) || cli_write_failed("mend", m->out);
 }
 
-static bool write_solid(const struct mend *m)
+static bool is_glb(const char *path)
 {
-    const char *dot = strrchr(m->out, '.');
-    if (m->look.triangles && dot && strcasecmp(dot, ".glb") == 0) {
-        return write_textured(m);
-    }
+    const char *dot = strrchr(path, '.');
+    return dot && strcasecmp(dot, ".glb") == 0;
+}
 
+/* Names why there is no image though --texture asks for one. */
+static void warn_of_texture(const struct mend *m)
+{
+    const char *why = !m->out ? "there is no --out"
+                      : !is_glb(m->out) ? "only GLB gets an image"
+                      : is_moved(m) ? "images of meshes far from the origin are left behind"
+                      : !m->look.triangles ? "the mesh has no images"
+                                           : NULL;
+    if (m->texture > 0 && why) {
+        fprintf(stderr, "mend: warning: %s: --texture has no effect: %s\n", m->input, why);
+    }
+}
+
+/* Writes what has colors at vertices, or none. */
+static bool write_plain(const struct mend *m)
+{
     char error[MESH_TEXT] = "not enough memory";
     uint32_t *indices = unsigned_indices(&m->result);
     const struct mesh_arrays arrays = {.positions = m->result.positions,
@@ -325,6 +345,29 @@ static bool write_solid(const struct mend *m)
     const bool fine = indices && mesh_write(m->out, &arrays, error);
     free(indices);
     return fine || cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
+}
+
+static bool write_solid(const struct mend *m)
+{
+    struct textured_mesh textured;
+    if (!m->look.triangles || m->texture == 0 || !is_glb(m->out)) {
+        return write_plain(m);
+    }
+    if (bake(m, &textured)) {
+        const bool fine = write_textured(m, &textured);
+        textured_mesh_free(&textured);
+        return fine;
+    }
+    if (!textured.atlas.full) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: not enough memory for an image", m->out) == CLI_CONTINUE;
+    }
+    if (m->texture > 0) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: --texture %d: too few texels for the charts of the solid", m->input, m->texture)
+            == CLI_CONTINUE;
+    }
+    fprintf(stderr, "mend: warning: %s: the charts of the solid do not fit in %d texels a side: vertices have its colors\n", m->input,
+            TEXTURE_MOST);
+    return write_plain(m);
 }
 
 /* Draws triangles from the front, in two colors: their fronts, and their backs, as where one looks into a hole. */
@@ -500,6 +543,7 @@ static int run(struct mend *m)
     }
     if (fine) {
         warn_of_floats(m);
+        warn_of_texture(m);
     }
     fine = fine && (!m->out || write_solid(m)) && (!m->picture || write_picture(m)) && (!m->common.json || write_json(m, backend));
     const int end = !fine ? CLI_EXIT_FAILURE : warn_of_losses(m) && m->strict ? EXIT_LOSS : CLI_EXIT_OK;
@@ -521,8 +565,8 @@ int main(int argc, char **argv)
         {"weld", CLI_DOUBLE, &m.weld, "VOXELS", "borders that run along each other, no further apart, are joined", 0.0, 64.0, NULL},
         {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},
         {"tolerance", CLI_DOUBLE, &m.tolerance, "VOXELS", "fewer triangles, as long as the surface moves by no more", 0.001, 64.0, NULL},
-        {"texture", CLI_INT, &m.texture, "N", "texels a side of the image in GLB, for files with images (default: twice as theirs; 0: colors of vertices)",
-         0.0, 8192.0, NULL},
+        {"texture", CLI_INT, &m.texture, "N",
+         "texels a side of the image in GLB, for files with images (default: 1024 or more, found; 0: colors of vertices)", 0.0, 8192.0, NULL},
         {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},

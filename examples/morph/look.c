@@ -217,7 +217,7 @@ bool morph_texture_suffices(const struct morph *morph)
         struct texture_atlas atlas;
         memset(&atlas, 0, sizeof atlas);
         good = texture_atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, &atlas)
-            || morph_fail("--texture %d: too few texels for the charts of a body, or not enough memory", size);
+            || (atlas.full ? morph_fail("--texture %d: too few texels for the charts of a body", size) : morph_no_memory());
         texture_atlas_free(&atlas);
     }
     return good;

@@ -145,6 +145,32 @@ TEST cracks_of_rough_surfaces_are_joined(void)
     PASS();
 }
 
+/* Three triangles on one edge have nothing to join; a crack is joined whatever else there is, as 2,000 tiny triangles. */
+TEST borders_are_joined_by_their_own_lengths(void)
+{
+    enum { TINY = 2000 };
+    static const float crack[18] = {0.0f, 0.0f, 0.0f, 3.0f, 0.0f, 0.0f, 1.0f, 3.0f, 0.0f, 0.0f, -0.5f, 0.0f, 1.0f, -4.0f, 0.0f, 3.0f, -0.5f, 0.0f};
+    static float positions[18 + 9 * TINY];
+    static uint32_t indices[6 + 3 * TINY];
+    float fan[15] = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.5f, 1.0f, 0.0f, 0.5f, -1.0f, 0.0f, 0.5f, 0.0f, 1.0f};
+    uint32_t leaves[9] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+    size_t joined;
+    struct mesh mesh = {.positions = fan, .vertex_count = 5, .indices = leaves, .triangle_count = 3};
+    ASSERT(mesh_weld(&mesh, 0.3f, &joined));
+    ASSERT_EQ(0u, joined);
+    ASSERT_EQ(3u, mesh.triangle_count);
+    for (int tiny = 0; tiny <= TINY; tiny += TINY) {
+        memcpy(positions, crack, sizeof crack);
+        for (int i = 0; i < 6 + 3 * tiny; ++i) indices[i] = (uint32_t)i;
+        for (int i = 0; i < 9 * tiny; ++i) positions[18 + i] = 10.0f + (float)(i / 9) + 0.01f * (float)(i % 9 == 3 || i % 9 == 7);
+        mesh = (struct mesh){.positions = positions, .vertex_count = 6 + 3 * (size_t)tiny, .indices = indices, .triangle_count = 2 + (size_t)tiny};
+        ASSERT(mesh_weld(&mesh, 1.0f, &joined));
+        ASSERT_EQ(1u, joined);
+        ASSERT_EQ(-0.25f, positions[1]);
+    }
+    PASS();
+}
+
 /* A hollow ring: filled, and kept on request. */
 TEST hollows_go_or_stay(void)
 {
@@ -242,7 +268,7 @@ TEST images_come_along(void)
     ASSERT_EQ(1, scene.part_count);
     ASSERT_EQ(1, scene.picture_count);
     const struct scene_part *part = &scene.parts[0];
-    ASSERT_EQ(512, scene.pictures[0].image.width);
+    ASSERT_EQ(1024, scene.pictures[0].image.width);
     ASSERT(part->uvs && part->normals);
     for (int i = 0; i < part->triangle_count; ++i) { /* at the triangles' centers, in steps of 1/255 */
         float place[3] = {0.0f, 0.0f, 0.0f}, uv[2] = {0.0f, 0.0f}, is[3], ought[3];
@@ -267,6 +293,72 @@ TEST images_come_along(void)
         for (size_t k = 0; k < 3; ++k) ASSERT_IN_RANGE(ought[k], facts.mesh.colors[3 * v + k], 5.0f / 255.0f);
     }
     mesh_free(&facts.mesh);
+    PASS();
+}
+
+/* --texture 0 leaves colors of vertices; too few texels are named. */
+TEST sizes_of_images_are_heeded(void)
+{
+    static const struct {
+        int status;
+        const char *texture, *word;
+    } cases[] = {{0, "0", ""}, {1, "16", "textured.glb: --texture 16: too few texels"}};
+    char path[512], error[SCENE_TEXT];
+    snprintf(path, sizeof path, "%s", scratch("textured.glb")); /* of the test before */
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        struct scene scene;
+        const char *const more[] = {"--grid", "24", "--out", scratch("mended.glb"), "--quiet", "--texture", cases[i].texture, NULL};
+        ASSERT_EQm(cases[i].texture, cases[i].status, run_mend(path, more));
+        ASSERTm(printed("stderr"), strstr(printed("stderr"), cases[i].word) && (*cases[i].word || !*printed("stderr")));
+        if (cases[i].status != 0) continue;
+        ASSERT(scene_read(more[3], SCENE_ALL, &scene, error));
+        ASSERT_EQ(0, scene.picture_count);
+        ASSERT(scene.parts[0].colors);
+        scene_free(&scene);
+    }
+    PASS();
+}
+
+/* Writes a grey tetrahedron as GLB with a white image, or a broken one. */
+static bool write_grey(const char *path, bool broken)
+{
+    static const float positions[12] = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f}, uvs[8];
+    static const int triangles[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    static unsigned char bad[] = "\x89PNG, and no more";
+    float colors[12];
+    struct image white;
+    struct picture picture = {.bytes = bad, .size = sizeof bad};
+    struct material material = material_plain();
+    for (int i = 0; i < 12; ++i) colors[i] = 0.5f;
+    material.image = 0;
+    if (!broken) {
+        if (!image_create(&white, 4, 4, color_rgb(1.0f, 1.0f, 1.0f)) || !image_encode_png(&white, &picture.bytes, &picture.size)) return false;
+        image_free(&white);
+    }
+    const struct gltf_mesh mesh = {
+        .positions = positions, .normals = positions, .uvs = uvs, .colors = colors, .triangles = triangles, .vertex_count = 4, .triangle_count = 4};
+    const struct gltf_look look = {&material, &picture, 1, 1};
+    const bool fine = gltf_write_mesh(path, &mesh, &look);
+    if (!broken) free(picture.bytes);
+    return fine;
+}
+
+/* A broken image is named, though there is no other, and so is an option without effect; colors of glTF are linear whatever the file's name. */
+TEST looks_are_read_by_what_is_in_the_file(void)
+{
+    char path[512];
+    struct facts facts;
+    snprintf(path, sizeof path, "%s", scratch("grey.model"));
+    for (int broken = 0; broken < 2; ++broken) {
+        const char *const more[] = {"--grid", "24", "--out", scratch("mended.ply"), "--quiet", "--texture", "64", NULL};
+        ASSERT(write_grey(path, broken));
+        ASSERT_EQ(0, run_mend(path, more));
+        ASSERTm(printed("stderr"), broken == (strstr(printed("stderr"), "1 image cannot be read") != NULL));
+        ASSERT(strstr(printed("stderr"), "--texture has no effect: only GLB"));
+        ASSERT(read_facts(more[3], &facts) && facts.mesh.colors);
+        if (!broken) ASSERT_IN_RANGE(0.5, (double)facts.mesh.colors[0], 0.005);
+        mesh_free(&facts.mesh);
+    }
     PASS();
 }
 
@@ -386,9 +478,12 @@ int main(int argc, char **argv)
     if (!make_folder()) return 1;
     RUN_TEST(damage_is_mended);
     RUN_TEST(cracks_of_rough_surfaces_are_joined);
+    RUN_TEST(borders_are_joined_by_their_own_lengths);
     RUN_TEST(hollows_go_or_stay);
     RUN_TEST(colors_come_along);
     RUN_TEST(images_come_along);
+    RUN_TEST(sizes_of_images_are_heeded);
+    RUN_TEST(looks_are_read_by_what_is_in_the_file);
     RUN_TEST(triangles_are_as_many_as_asked_for);
     RUN_TEST(what_is_lost_is_named);
     RUN_TEST(distant_meshes_keep_their_digits);

@@ -1,4 +1,7 @@
-/* mesh_weld.c - border edges are looked up by their middles in cubes of space, which a table of lists holds. */
+/* mesh_weld.c - border edges are looked up by their middles in cubes of space, which a table of lists holds.
+ *
+ * What joins is apart by less than a third of the shorter length l, so that the longer one is shorter than 5/3 l. Cubes are as large as edges
+ * of a length need, for each power of two: a few lists hold all that may join, however the lengths of a mesh differ. */
 #include "surface/mesh_weld.h"
 
 #include "base/vec3.h"
@@ -10,7 +13,8 @@
 
 struct border {
     uint32_t ends[2];
-    float middle[3], length;
+    double middle[3];
+    float length;
     int triangle;
     int best;       /* the nearest border of another triangle, -1: none */
     bool same_way;  /* it runs as this one does, as where one of the triangles is turned */
@@ -21,11 +25,13 @@ struct weld {
     struct mesh *mesh;
     struct border *borders;
     int count;
-    float most; /* that ends may be apart; and the side of a cube */
+    float most; /* that ends may be apart */
     int *lists;
     uint32_t mask;
     uint32_t *root; /* of each vertex: what it is joined with */
 };
+
+static const double SHARE = 1.0 / 3.0; /* of the shorter length */
 
 /* ---- borders ---- */
 
@@ -54,7 +60,7 @@ static bool find_borders(struct weld *w)
         const float *p = mesh->positions + 3 * (size_t)b->ends[0], *q = mesh->positions + 3 * (size_t)b->ends[1];
         float along[3];
         for (int k = 0; k < 3; ++k) {
-            b->middle[k] = 0.5f * (p[k] + q[k]);
+            b->middle[k] = 0.5 * ((double)p[k] + (double)q[k]);
             along[k] = q[k] - p[k];
         }
         b->length = sqrtf(vec3_dot(along, along));
@@ -65,12 +71,24 @@ static bool find_borders(struct weld *w)
 
 /* ---- pairs ---- */
 
-static uint32_t cube_of(const struct weld *w, const float place[3], const int off[3])
+static int power_of(double length)
 {
-    uint32_t hash = 2166136261u;
+    int power;
+    frexp(length, &power);
+    return power;
+}
+
+/* Returns the side of the cubes for edges shorter than 2^power: nothing that joins is further apart. */
+static double side_of(const struct weld *w, int power) { return fmin((double)w->most, SHARE * ldexp(1.0, power)); }
+
+/* Returns the number of a cube along an axis. It repeats at a distance where floats do not tell cubes apart. */
+static int64_t cell_of(double place, double side) { return (int64_t)fmod(floor(place / side), 1e15); }
+
+static uint32_t list_of(const struct weld *w, int power, const int64_t cell[3])
+{
+    uint32_t hash = 2166136261u ^ (uint32_t)power;
     for (int k = 0; k < 3; ++k) {
-        const int64_t cell = (int64_t)floor((double)place[k] / (double)w->most) + off[k];
-        hash = (hash ^ (uint32_t)cell) * 16777619u;
+        hash = (hash ^ (uint32_t)cell[k]) * 16777619u;
         hash ^= hash >> 15;
     }
     return hash & w->mask;
@@ -78,18 +96,23 @@ static uint32_t cube_of(const struct weld *w, const float place[3], const int of
 
 static bool make_lists(struct weld *w)
 {
-    static const int here[3] = {0, 0, 0};
-    uint32_t size = 64;
-    while (size < 2 * (uint32_t)w->count) {
+    size_t size = 64;
+    while (size < 2 * (size_t)w->count) {
         size *= 2;
     }
-    w->mask = size - 1;
+    w->mask = (uint32_t)(size - 1);
     w->lists = malloc(size * sizeof *w->lists);
-    for (uint32_t i = 0; w->lists && i < size; ++i) {
+    for (size_t i = 0; w->lists && i < size; ++i) {
         w->lists[i] = -1;
     }
     for (int i = w->count - 1; w->lists && i >= 0; --i) {
-        const uint32_t list = cube_of(w, w->borders[i].middle, here);
+        const struct border *b = &w->borders[i];
+        const int power = power_of((double)b->length);
+        int64_t cell[3];
+        for (int k = 0; k < 3; ++k) {
+            cell[k] = cell_of(b->middle[k], side_of(w, power));
+        }
+        const uint32_t list = list_of(w, power, cell);
         w->borders[i].next = w->lists[list];
         w->lists[list] = i;
     }
@@ -114,27 +137,56 @@ static float distance_of(const struct weld *w, const struct border *a, const str
     return fminf(along, against);
 }
 
-/* Finds the border that is nearest to one; of two that are alike, the first. */
-static void find_best(struct weld *w, int number)
+/* Tells whether two borders have the same vertices, as three triangles on one edge do. */
+static bool is_joined(const struct border *a, const struct border *b)
 {
-    const float share = 1.0f / 3.0f;
-    struct border *a = &w->borders[number];
+    return (a->ends[0] == b->ends[0] && a->ends[1] == b->ends[1]) || (a->ends[0] == b->ends[1] && a->ends[1] == b->ends[0]);
+}
+
+/* Finds the nearest border of a list; of two that are alike, the first. */
+static void search_list(struct weld *w, struct border *a, uint32_t list, float *least)
+{
+    for (int j = w->lists[list]; j >= 0; j = w->borders[j].next) {
+        const struct border *b = &w->borders[j];
+        bool same_way;
+        if (b->triangle == a->triangle || is_joined(a, b)) {
+            continue;
+        }
+        const float distance = distance_of(w, a, b, &same_way);
+        if (distance <= w->most && (double)distance < SHARE * (double)fminf(a->length, b->length)
+            && (distance < *least || (distance == *least && j < a->best))) {
+            *least = distance;
+            a->best = j;
+            a->same_way = same_way;
+        }
+    }
+}
+
+/* Searches the cubes of borders shorter than 2^power, and at least half as long. */
+static void search_cubes(struct weld *w, struct border *a, int power, float *least)
+{
+    const double side = side_of(w, power), reach = 1.000001 * fmin(side, SHARE * (double)a->length);
+    int64_t lower[3], upper[3], cell[3];
+    for (int k = 0; k < 3; ++k) {
+        lower[k] = cell_of(a->middle[k] - reach, side);
+        upper[k] = cell_of(a->middle[k] + reach, side);
+    }
+    for (cell[2] = lower[2]; cell[2] <= upper[2]; ++cell[2]) {
+        for (cell[1] = lower[1]; cell[1] <= upper[1]; ++cell[1]) {
+            for (cell[0] = lower[0]; cell[0] <= upper[0]; ++cell[0]) {
+                search_list(w, a, list_of(w, power, cell), least);
+            }
+        }
+    }
+}
+
+static void find_best(struct weld *w, struct border *a)
+{
     float least = INFINITY;
-    for (int i = 0; i < 27; ++i) {
-        const int off[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
-        for (int j = w->lists[cube_of(w, a->middle, off)]; j >= 0; j = w->borders[j].next) {
-            const struct border *b = &w->borders[j];
-            bool same_way;
-            if (b->triangle == a->triangle) {
-                continue;
-            }
-            const float distance = distance_of(w, a, b, &same_way);
-            if (distance <= w->most && distance < share * fminf(a->length, b->length)
-                && (distance < least || (distance == least && j < a->best))) {
-                least = distance;
-                a->best = j;
-                a->same_way = same_way;
-            }
+    if (a->length > 0.0f) {
+        const int last = power_of(1.67 * (double)a->length);
+        for (int power = power_of(0.59 * (double)a->length); power <= last; ++power) {
+            search_cubes(w, a, power, &least);
         }
     }
 }
@@ -191,8 +243,9 @@ static bool take_means(struct weld *w, float *values)
             values[3 * v + (size_t)k] = (float)(sum[k] / sum[3]);
         }
     }
+    const bool fine = sums != NULL;
     free(sums);
-    return sums != NULL;
+    return fine;
 }
 
 /* Replaces vertices by what they are joined with. */
@@ -222,16 +275,10 @@ bool mesh_weld(struct mesh *mesh, float most, size_t *joined)
     struct weld w = {.mesh = mesh, .most = most};
     *joined = 0;
     bool fine = find_borders(&w);
-    double sum = 0.0;
-    for (int i = 0; fine && i < w.count; ++i) {
-        sum += (double)w.borders[i].length;
-    }
-    /* few edges in a cube, however fine the mesh */
-    w.most = w.count ? fminf(most, (float)(0.7 * sum / w.count)) : most;
-    if (fine && w.count && w.most > 0.0f) {
+    if (fine && w.count && most > 0.0f) {
         fine = make_lists(&w);
         for (int i = 0; fine && i < w.count; ++i) {
-            find_best(&w, i);
+            find_best(&w, &w.borders[i]);
         }
         fine = fine && join_pairs(&w, joined) && take_means(&w, mesh->positions) && (!mesh->colors || take_means(&w, mesh->colors));
         if (fine) {

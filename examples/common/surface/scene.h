@@ -52,6 +52,7 @@ struct scene {
     struct picture *pictures;
     struct animation *animations;
     int missing_pictures; /* images that materials name and that cannot be read */
+    bool linear;          /* colors of vertices are, as in glTF; else they are display values */
 };
 
 enum scene_extent { SCENE_SHAPE, SCENE_ALL }; /* without images and clips; with them */

@@ -166,6 +166,7 @@ bool scene_read(const char *path, enum scene_extent extent, struct scene *scene,
         return false;
     }
     const bool good = gltf ? read_gltf(path, extent, scene, error) : assimp_scene_read(path, extent, scene, error);
+    scene->linear = gltf;
     if (!good) {
         scene_free(scene);
     }

@@ -4,19 +4,11 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 struct look_triangle {
     float corners[9], uvs[6], colors[9]; /* colors: display values */
     int material;                        /* -1: none */
 };
-
-/* Formats but glTF have display values at vertices. */
-static bool is_linear(const char *path)
-{
-    const char *dot = strrchr(path, '.');
-    return dot && (strcasecmp(dot, ".glb") == 0 || strcasecmp(dot, ".gltf") == 0);
-}
 
 static void take_triangle(const struct scene_part *part, const int vertices[3], bool linear, struct look_triangle *t)
 {
@@ -34,32 +26,47 @@ static void take_triangle(const struct scene_part *part, const int vertices[3], 
 }
 
 /* Takes the triangles with these numbers, which rise, over all parts. Returns how many there are. */
-static size_t take_triangles(struct source_look *look, const uint32_t *numbers, size_t count, bool linear)
+static size_t take_triangles(struct source_look *look, const uint32_t *numbers, size_t count)
 {
     size_t before = 0, n = 0;
     for (int p = 0; p < look->scene.part_count; ++p) {
         const struct scene_part *part = &look->scene.parts[p];
         const size_t beyond = before + (size_t)part->triangle_count;
         for (; n < count && numbers[n] < beyond; ++n) {
-            take_triangle(part, part->triangles + 3 * (numbers[n] - before), linear, &look->triangles[n]);
+            take_triangle(part, part->triangles + 3 * (numbers[n] - before), look->scene.linear, &look->triangles[n]);
         }
         before = beyond;
     }
     return n;
 }
 
-static bool build(struct source_look *look, const uint32_t *numbers, size_t count, bool linear)
+static bool build(struct source_look *look, const uint32_t *numbers, size_t count)
 {
     look->triangles = malloc((count + 1) * sizeof *look->triangles);
     float *corners = malloc((count + 1) * 9 * sizeof *corners);
     bool fine = look->triangles && corners && scene_rest(&look->scene);
-    const size_t n = fine ? take_triangles(look, numbers, count, linear) : 0;
+    const size_t n = fine ? take_triangles(look, numbers, count) : 0;
     for (size_t t = 0; t < n; ++t) {
         memcpy(corners + 9 * t, look->triangles[t].corners, sizeof look->triangles[t].corners);
     }
     fine = fine && n > 0 && bvh_build(&look->bvh, corners, NULL, n);
     free(corners);
     return fine;
+}
+
+/* Counts the texels of the images that materials have, each image once. */
+static double count_texels(const struct scene *scene)
+{
+    double texels = 0.0;
+    for (int i = 0; i < scene->picture_count; ++i) {
+        const struct byte_image *pixels = &scene->pictures[i].image;
+        bool used = false;
+        for (int m = 0; m < scene->material_count; ++m) {
+            used = used || scene->materials[m].image == i;
+        }
+        texels += used && pixels->rgb ? (double)pixels->width * (double)pixels->height : 0.0;
+    }
+    return texels;
 }
 
 enum source_look_status source_look_make(const char *path, const uint32_t *numbers, size_t count, struct source_look *look,
@@ -69,16 +76,15 @@ enum source_look_status source_look_make(const char *path, const uint32_t *numbe
     if (!scene_read(path, SCENE_ALL, &look->scene, error)) {
         return SOURCE_LOOK_FAILED;
     }
-    for (int m = 0; m < look->scene.material_count; ++m) {
-        const int image = look->scene.materials[m].image;
-        const struct byte_image *pixels = image >= 0 ? &look->scene.pictures[image].image : NULL;
-        look->texels += pixels && pixels->rgb ? (double)pixels->width * (double)pixels->height : 0.0;
-    }
+    const int missing = look->scene.missing_pictures;
+    look->missing = missing;
+    look->texels = count_texels(&look->scene);
     if (!(look->texels > 0.0)) {
         source_look_free(look);
+        look->missing = missing;
         return SOURCE_LOOK_NONE;
     }
-    if (!build(look, numbers, count, is_linear(path))) {
+    if (!build(look, numbers, count)) {
         source_look_free(look);
         scene_fail(error, path, "not enough memory for its images");
         return SOURCE_LOOK_FAILED;

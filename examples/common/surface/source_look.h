@@ -12,12 +12,13 @@ struct source_look {
     struct look_triangle *triangles;
     struct bvh bvh;             /* of these */
     double texels;              /* of all images */
+    int missing;                /* images that materials name and that cannot be read */
 };
 
 enum source_look_status { SOURCE_LOOK_FINE, SOURCE_LOOK_NONE, SOURCE_LOOK_FAILED };
 
 /* Reads how a file looks, and takes the triangles with these numbers (mesh.source) for its surface. NONE, with nothing to free: no material
- * has an image; FAILED, the same: one line in `error`. */
+ * has an image that can be read (look->missing: so many cannot); FAILED, the same: one line in `error`. */
 enum source_look_status source_look_make(const char *path, const uint32_t *numbers, size_t count, struct source_look *look,
                                          char error[SCENE_TEXT]);
 void source_look_free(struct source_look *look);

@@ -39,6 +39,7 @@ struct unwrapping {
     int chart_count;
     float lowest[2];    /* of all projected points along any axis */
     double area, scale; /* scale: texels a unit */
+    bool full;          /* charts do not fit at any scale */
 };
 
 /* ---- texels in a triangle ---- */
@@ -267,6 +268,7 @@ static bool pack(struct unwrapping *u)
         for (int n = 0; n < MAX_TRIES && !good; ++n, u->scale *= good ? 1.0 : SMALLER) {
             good = pack_rows(u, sorted);
         }
+        u->full = !good;
     }
     free(sorted);
     return good;
@@ -347,6 +349,7 @@ bool texture_atlas_unwrap(const float *positions, int vertex_count, const int *t
     free(u.claims);
     if (!good) {
         texture_atlas_free(atlas);
+        atlas->full = u.full;
     }
     return good;
 }

@@ -13,9 +13,10 @@ struct texture_atlas {
     int *vertex_of; /* of the surface, for each vertex of the atlas */
     int *triangles; /* the surface's, by vertices of the atlas */
     float *uvs;     /* 2 a vertex, from the upper left corner as in glTF */
+    bool full;      /* it could not be made, for charts need a larger image */
 };
 
-/* Returns false, with nothing to free, if there is no triangle with an area, charts do not fit or memory is short. */
+/* Returns false, with nothing to free, if there is no triangle with an area, charts do not fit (atlas->full) or memory is short. */
 bool texture_atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size,
                           struct texture_atlas *atlas);
 void texture_atlas_free(struct texture_atlas *atlas);

@@ -43,7 +43,9 @@ bool textured_mesh_make(const struct gltf_mesh *surface, int size, int material,
         && cut_charts(surface, material, textured);
     image_free(&image);
     if (!good) {
+        const bool full = textured->atlas.full;
         textured_mesh_free(textured);
+        textured->atlas.full = full;
     }
     return good;
 }

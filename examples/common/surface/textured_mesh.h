@@ -14,7 +14,7 @@ struct textured_mesh {
 };
 
 /* Makes one of a surface with normals, whose image has `size` texels a side and is that of material number `material`. Returns false,
- * with nothing to free, where the atlas cannot be made (see there) or memory is short. */
+ * with nothing to free, where the atlas cannot be made (textured->atlas.full: the charts do not fit) or memory is short. */
 bool textured_mesh_make(const struct gltf_mesh *surface, int size, int material, texture_atlas_color *color, const void *user,
                         struct textured_mesh *textured);
 void textured_mesh_free(struct textured_mesh *textured);
