@@ -248,7 +248,7 @@ bool solids_shape(int number, struct mesh *mesh, const char **name)
     case 5: fine = of_cubes(&bracket, 10, mesh); break;
     default: fine = of_cubes(&cage, 9, mesh); break;
     }
-    if (fine && number != 6) {
+    if (fine && number != 6) { /* the cage: its sides stay along the axes, as a grid has them */
         incline(mesh);
     }
     return fine;
