@@ -135,7 +135,7 @@ static void share_origin(struct csg *csg)
     }
 }
 
-/* Refuses two solids that are specks on one grid, and whose places floats cannot hold beside each other. */
+/* Refuses two solids so distant that a grid around both cannot resolve them, nor floats their places beside each other. */
 static bool lie_together(const struct csg *csg)
 {
     const double most = 512.0; /* times the larger one's size */
@@ -151,7 +151,7 @@ static bool lie_together(const struct csg *csg)
         extent = fmax(extent, upper - lower);
     }
     return csg->count < 2 || extent <= most * size
-        || cli_fail("csg", CLI_EXIT_FAILURE, "%s and %s lie %.4g apart, %.0f times their size: not on one grid", csg->solids[0].text,
+        || cli_fail("csg", CLI_EXIT_FAILURE, "%s and %s lie %.4g apart, %.0f times their size: too much for one grid (512)", csg->solids[0].text,
                     csg->solids[1].text, extent - size, extent / size) == CLI_CONTINUE;
 }
 

@@ -54,7 +54,7 @@ static int build_main(int argc, char **argv)
         {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
         {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
-        {"any-side", CLI_FLAG, &set->any_side, NULL, "take label maps that look mirrored beside the others", 0, 0, NULL},
+        {"any-side", CLI_FLAG, &set->any_side, NULL, "take label maps of both sides of the body", 0, 0, NULL},
         {"templates", CLI_INT, &set->templates, "K",
          "with --images: subjects to whose images all are registered, for segmentation by votes", 0, FUSION_MAX_TEMPLATES, NULL},
         {"same-vertices", CLI_FLAG, &set->same_vertices, NULL,
@@ -234,6 +234,7 @@ static int leave_one_out_main(int argc, char **argv)
         {"first", CLI_INT, &set.first, "K", "the first subject that is left out, from 0", 0, ATLAS_MAX_SUBJECTS, NULL},
         {"every", CLI_INT, &set.every, "K", "then every K-th", 1, ATLAS_MAX_SUBJECTS, NULL},
         {"profiles", CLI_FLAG, &set.profiles, NULL, "also by intensities along the normals: start, pose, modes, springls", 0, 0, NULL},
+        {"any-side", CLI_FLAG, &set.any_side, NULL, "take label maps of both sides of the body", 0, 0, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     static const struct cli_writes writes[] = {{.files = "report.json"}};

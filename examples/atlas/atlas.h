@@ -110,6 +110,7 @@ struct atlas_build_settings {
     int rounds, modes, samples, vertex_landmarks, templates;
     bool keep_scale, mirror, any_side;
     bool same_vertices;  /* vertex k of each mesh is the same place: nothing is fitted */
+    bool folder;         /* subjects are the files of a folder, without mirror:FILE */
     const char *extends; /* atlas add: the atlas.json whose vertices these are */
 };
 
@@ -141,7 +142,7 @@ void atlas_build_free(struct atlas_build *build);
 bool atlas_same_triangles(const struct atlas_build *build);
 bool atlas_truth_measure(struct atlas_build *build);
 bool atlas_subjects_read(struct atlas_build *build);
-/* Returns false, after one line, where label maps of both sides of the body are subjects (sides.c). */
+/* Returns false, after one line, where label maps of both sides of the body are subjects, four or more of them (sides.c). */
 bool atlas_sides_agree(const struct atlas_build *build);
 /* Computes mean, modes, regions and profiles from the subjects' shapes (build.c). */
 bool atlas_model_make(struct atlas_build *build);
@@ -174,6 +175,7 @@ struct atlas_trial_settings {
     const char *folder; /* with images and labels of the same names */
     int templates, first, every; /* leaves out subjects first, first + every, ... */
     bool profiles;               /* segments also by intensities along the normals */
+    bool any_side;               /* takes label maps of both sides of the body */
 };
 
 bool atlas_leave_one_out(const struct atlas_trial_settings *settings, const springls_params *params);
@@ -315,7 +317,7 @@ bool atlas_fuse(struct atlas_segment *run, float *shape);
 /* Chooses the shift from a template to an image: none, or that of the atlas's place in the image. */
 void atlas_choose_shift(const struct atlas_segment *run, const struct volume *image, const struct fusion_template *template,
                         float shift[3]);
-/* Finds out why an image agrees less with a template's subjects than they do; returns false if memory is short (segment_doubt.c). */
+/* Finds out why an image agrees less with a template's subjects than they do (segment_doubt.c). */
 bool atlas_explain(struct atlas_segment *run, const struct fusion_template *template);
 /* Compares the size of what was found with the subjects'. */
 void atlas_check_size(struct atlas_segment *run);

@@ -66,7 +66,7 @@ static bool prepare_votes(struct trial *trial)
     struct atlas_build *build = &trial->build;
     const struct atlas_build_settings *set = &build->settings;
     int chosen[FUSION_MAX_TEMPLATES] = {0};
-    if (!atlas_subjects_read(build)) {
+    if (!atlas_subjects_read(build) || !atlas_sides_agree(build)) {
         return false;
     }
     const struct atlas_subject *first = &build->subjects[0];
@@ -379,6 +379,8 @@ bool atlas_leave_one_out(const struct atlas_trial_settings *settings, const spri
     trial.build.settings.modes = ATLAS_MAX_MODES;
     trial.build.settings.samples = 1;
     trial.build.settings.templates = settings->templates;
+    trial.build.settings.any_side = settings->any_side;
+    trial.build.settings.folder = true;
     bool good = list_subjects(&trial) && (settings->profiles ? atlas_build_run(&trial.build) : prepare_votes(&trial))
              && (trial.build.atlas.template_count > 0 || atlas_fail("the subjects need images")) && learn_folds(&trial)
              && fill_table(&trial, &table);

@@ -1,5 +1,5 @@
-/* segment_doubt.c - why a result is not to be trusted: the image agrees too little with the atlas's subjects, and the size of what was
- * found is none of theirs. An image that agrees once it is mirrored, or once bright and dark change places, is told so. */
+/* segment_doubt.c - why a result is not to be trusted: the image agrees too little with the atlas's subjects, or what was found is much
+ * smaller or larger than they are. Where the image agrees once it is mirrored, or once bright and dark change places, that is named. */
 #include "atlas/atlas.h"
 
 #include "surface/mesh_check.h"
@@ -37,27 +37,31 @@ static void change_image(const struct volume *image, enum atlas_doubt change, fl
     }
 }
 
-/* Returns the correlation of a changed image with what a template's subjects expect; -1 if memory is short. */
-static double agreement_of(const struct atlas_segment *run, const struct fusion_template *template, const struct volume *changed)
+/* Computes the correlation of a changed image with what a template's subjects expect. */
+static bool agreement_of(const struct atlas_segment *run, const struct fusion_template *template, const struct volume *changed,
+                         double *agreement)
 {
     struct fusion_map map;
     struct fusion_votes votes = {NULL, NULL, NULL, NULL};
     bool all[ATLAS_MAX_SUBJECTS];
     float shift[3], *seen = malloc(volume_voxels(&template->image) * sizeof *seen);
     char error[VOLUME_TEXT];
-    double agreement = -1.0;
+    bool good = seen || atlas_no_memory();
     for (int s = 0; s < template->count; ++s) {
         all[s] = true;
     }
     atlas_choose_shift(run, changed, template, shift);
-    if (seen && fusion_register(&template->image, changed, shift, &map, error)) {
+    if (good && !fusion_register(&template->image, changed, shift, &map, error)) {
+        good = atlas_fail("%s: %s", run->settings.image, error);
+    } else if (good) {
         fusion_sample(&map, &template->image, changed, seen);
-        agreement = fusion_vote(template, seen, all, &votes) ? fusion_correlation(template, &votes) : -1.0;
+        good = fusion_vote(template, seen, all, &votes) || atlas_no_memory();
+        *agreement = good ? fusion_correlation(template, &votes) : 0.0;
         fusion_votes_free(&votes);
         registration_free(&map.registration);
     }
     free(seen);
-    return agreement;
+    return good;
 }
 
 bool atlas_explain(struct atlas_segment *run, const struct fusion_template *template)
@@ -68,17 +72,19 @@ bool atlas_explain(struct atlas_segment *run, const struct fusion_template *temp
         return true;
     }
     changed.data = malloc(volume_voxels(&run->image) * sizeof *changed.data);
-    for (int c = ATLAS_MIRRORED; changed.data && c <= ATLAS_INVERTED && confidence->doubt <= ATLAS_DISAGREES; ++c) {
+    bool good = changed.data || atlas_no_memory();
+    for (int c = ATLAS_MIRRORED; good && c <= ATLAS_INVERTED && confidence->doubt <= ATLAS_DISAGREES; ++c) {
         change_image(&run->image, (enum atlas_doubt)c, changed.data);
-        const double agreement = agreement_of(run, template, &changed);
-        if (!atlas_disagrees(agreement, confidence) && 1.0 - agreement < clearly_less * (1.0 - confidence->agreement)) {
+        double agreement = 0.0;
+        good = agreement_of(run, template, &changed, &agreement);
+        if (good && !atlas_disagrees(agreement, confidence) && 1.0 - agreement < clearly_less * (1.0 - confidence->agreement)) {
             confidence->doubt = (enum atlas_doubt)c;
             confidence->changed = agreement;
             confidence->dice = confidence->dice_error = (double)NAN;
         }
     }
     free(changed.data);
-    return changed.data != NULL || atlas_no_memory();
+    return good;
 }
 
 void atlas_check_size(struct atlas_segment *run)
@@ -97,7 +103,7 @@ void atlas_check_size(struct atlas_segment *run)
     }
     confidence->smallest = smallest_share * least;
     confidence->largest = largest_share * most;
-    if (confidence->doubt == ATLAS_TRUSTED && least > 0.0 /* of an open surface it says nothing */
+    if (confidence->doubt == ATLAS_TRUSTED && least > 0.0 /* an open surface has none */
         && !(confidence->volume >= confidence->smallest && confidence->volume <= confidence->largest)) {
         confidence->doubt = ATLAS_SIZE;
     }
@@ -110,16 +116,16 @@ bool atlas_is_trusted(const struct atlas_segment *run)
     switch (c->doubt) {
     case ATLAS_TRUSTED: return true;
     case ATLAS_MIRRORED:
-        return atlas_fail("%.200s: not to be trusted: it is mirrored, or the other side of the body: it agrees with the atlas's subjects by "
-                          "%.2f when left and right change places, by %.2f as it is", image, c->changed, c->agreement);
+        return atlas_fail("%.200s: not to be trusted: it is mirrored, or the other side of the body: its correlation with the atlas's prediction "
+                          "is %.2f with left and right exchanged, %.2f as it is", image, c->changed, c->agreement);
     case ATLAS_INVERTED:
-        return atlas_fail("%.200s: not to be trusted: its contrast is that of the subjects inverted: it agrees with them by %.2f when bright "
-                          "and dark change places, by %.2f as it is", image, c->changed, c->agreement);
+        return atlas_fail("%.200s: not to be trusted: its contrast is that of the subjects inverted: its correlation with the atlas's "
+                          "prediction is %.2f with bright and dark exchanged, %.2f as it is", image, c->changed, c->agreement);
     case ATLAS_SIZE:
-        return atlas_fail("%.200s: not to be trusted: the object found has %.4g ml, the atlas's subjects have %.4g to %.4g", image,
-                          1e-3 * c->volume, 1e-3 * c->smallest / smallest_share, 1e-3 * c->largest / largest_share);
+        return atlas_fail("%.200s: not to be trusted: the object found has %.4g ml, expected %.4g to %.4g ml", image, 1e-3 * c->volume,
+                          1e-3 * c->smallest, 1e-3 * c->largest);
     default:
-        return atlas_fail("%.200s: not to be trusted: it agrees with what the atlas's subjects expect by %.2f, where they do so by %.2f at "
-                          "least: another contrast, or another part of the body", image, c->agreement, c->least);
+        return atlas_fail("%.200s: not to be trusted: its correlation with the atlas's prediction is %.2f, the subjects' own is at least "
+                          "%.2f: another contrast, or another part of the body", image, c->agreement, c->least);
     }
 }

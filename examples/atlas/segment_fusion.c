@@ -26,7 +26,7 @@ bool atlas_lies_near(struct atlas_segment *run)
     return run->placing.shape != NULL;
 }
 
-/* Images of one protocol need none. */
+/* Images of one protocol may lie on each other without a shift. */
 void atlas_choose_shift(const struct atlas_segment *run, const struct volume *image, const struct fusion_template *template,
                         float shift[3])
 {

@@ -1,9 +1,10 @@
-/* doubt.c - does the result agree with its start? A region force, or a wrong level, may let go of the object and take the air around. */
+/* doubt.c - does the result agree with its start? A region force, or a wrong level, may make the contour leave the object and take the air. */
 #include "segment/segment.h"
 
 #include "imaging/resample.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Returns true if the start was laid on the object by the user: by seeds, a mask, a mesh, or a shape at a place. */
@@ -55,13 +56,24 @@ static int seeds_inside(const struct segment *run)
     return count;
 }
 
+/* Returns the words that name the object where there are several. */
+static const char *which_object(const struct segment *run, char words[32])
+{
+    words[0] = 0;
+    if (run->settings.object_count > 1) {
+        snprintf(words, 32, " label %lu:", (unsigned long)run->result->object->written);
+    }
+    return words;
+}
+
 bool segment_agrees_with_start(const struct segment *run)
 {
     const double start = run->result->start_mean;
     double sums[2] = {0.0, 0.0}, numbers[2] = {0.0, 0.0};
+    char label[32];
     if (run->settings.seed_count > 0 && seeds_inside(run) == 0) {
-        return segment_fail("not to be trusted: the object found has %.4g ml, and no seed lies in it: did the contour let go of them?",
-                            run->result->measures.volume / 1000.0);
+        return segment_fail("%.200s:%s not to be trusted: the object found has %.4g ml and contains no seed", run->settings.image,
+                            which_object(run, label), run->result->measures.volume / 1000.0);
     }
     for (size_t n = 0; n < run->voxels; ++n) {
         const int side = run->inside[n] ? 1 : 0;
@@ -72,7 +84,7 @@ bool segment_agrees_with_start(const struct segment *run)
     if (numbers[0] < 1.0 || numbers[1] < 1.0 || !(fabs(start - inside) > fabs(start - outside))) {
         return true;
     }
-    return segment_fail("not to be trusted: the object found has %.4g ml and a mean intensity of %.4g, %.4g around it; where the contour "
-                        "started it was %.4g: did the region force take the background?", run->result->measures.volume / 1000.0, inside,
-                        outside, start);
+    return segment_fail("%.200s:%s not to be trusted: the object found has %.4g ml and a mean intensity of %.4g, and %.4g where the contour "
+                        "started, closer to the %.4g in the rest of the image", run->settings.image, which_object(run, label),
+                        run->result->measures.volume / 1000.0, inside, start, outside);
 }

@@ -198,6 +198,7 @@ static void report_object(const struct segment *run, const struct segment_result
     json_number(json, "covered_mean", result->coverage.mean.covered);
     json_number(json, "covered_twice_max", result->coverage.most.covered_twice);
     json_number(json, "seconds", result->seconds);
+    json_bool(json, "trusted", result->trusted);
     if (run->truth) {
         const struct surface_distances *d = &result->distances;
         json_object_begin(json, "against_reference");

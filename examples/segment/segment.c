@@ -300,7 +300,8 @@ static bool find_objects(struct segment *run)
         }
         segment_keep(run);
         segment_print_summary(run);
-        run->doubtful = !segment_agrees_with_start(run) || run->doubtful;
+        run->result->trusted = segment_agrees_with_start(run);
+        run->doubtful = !run->result->trusted || run->doubtful;
         run->lacks_files = (set->common.out && !segment_write_object(run)) || run->lacks_files;
         segment_end_object(run);
     }

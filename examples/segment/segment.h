@@ -59,6 +59,7 @@ struct segment_result {
     float moving;            /* share of springls that still moved at the end */
     double seconds;
     double share;            /* of the image that is inside */
+    bool trusted;            /* it agrees with its start */
     int islands;             /* parts that were removed at the end */
     int label_components;    /* of the label map, connected through faces */
     springls_measures measures;

@@ -196,8 +196,8 @@ TEST mirrored_subjects_lie_on_the_other_side(void)
     PASS();
 }
 
-/* A bar with an arm to one side and upwards, of slightly another size in each subject. */
-static bool write_armed(int s)
+/* A bar with an arm to one side and upwards, of slightly another size in each subject; without an arm it is symmetric but for one voxel. */
+static bool write_armed(int s, bool left, bool arm, const char *path)
 {
     const int dims[3] = {26, 26, 26};
     const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
@@ -208,32 +208,99 @@ static bool write_armed(int s)
     for (size_t n = 0; n < sizeof mask; ++n) {
         int at[3];
         volume_place(dims, n, at);
-        const bool bar = abs(at[0] - 12) <= 3 && abs(at[1] - 12) <= 9 - s % 2 && abs(at[2] - 12) <= 3;
-        const bool arm = at[0] >= 12 && at[0] <= 20 - s % 3 && at[1] >= 16 && at[1] <= 20 && abs(at[2] - 13) <= 2;
-        mask[n] = bar || arm;
+        const int x = left ? 24 - at[0] : at[0];
+        const bool bar = abs(x - 12) <= 3 && abs(at[1] - 12) <= 9 - s % 2 && abs(at[2] - 12) <= 3;
+        const bool knob = x == 16 && at[1] == 9 + s % 5 && at[2] == 10 + s % 3;
+        mask[n] = bar || (arm ? x >= 12 && x <= 20 - s % 3 && at[1] >= 16 && at[1] <= 20 && abs(at[2] - 13) <= 2 : knob);
     }
-    const bool good = volume_write(numbered(s, "armed%d.nii.gz", s), &volume, VOLUME_UINT8, mask, error);
+    const bool good = volume_write(path, &volume, VOLUME_UINT8, mask, error);
     volume_free(&volume);
     return good;
 }
 
-/* One subject of the other side among five is named; mirrored once more it is one of them. */
+/* Sends stderr to a file from here on; returns what it was. */
+static int catch_errors(const char *path)
+{
+    const int before = dup(STDERR_FILENO);
+    fflush(stderr);
+    return freopen(path, "w", stderr) ? before : -1;
+}
+
+/* Ends that, and returns true if `text` has been printed since. */
+static bool was_printed(const char *path, int before, const char *text)
+{
+    char all[2000] = "";
+    fflush(stderr);
+    dup2(before, STDERR_FILENO);
+    close(before);
+    FILE *file = fopen(path, "r");
+    if (!file) return false;
+    all[fread(all, 1, sizeof all - 1, file)] = '\0';
+    fclose(file);
+    return strstr(all, text) != NULL;
+}
+
+/* Of subjects of both sides the fewer are named, one or as many as the others; a mirrored one mirrored once more is one of them.
+ * Symmetric subjects have no side. */
 TEST subjects_of_both_sides_are_refused(void)
 {
+    static const struct way {
+        int lefts;
+        bool arm, again, any, agree;
+    } ways[] = {{0, true, false, false, true},  {1, true, false, false, false}, {1, true, true, false, true},
+                {1, true, false, true, true},   {2, true, false, false, false}, {3, true, false, false, false},
+                {4, true, false, false, false}, {6, true, false, false, true},  {3, false, false, false, true}};
     char mirrored[600];
-    for (int way = 0; way < 3; ++way) {
+    for (size_t w = 0; w < sizeof ways / sizeof *ways; ++w) {
+        const struct way *way = &ways[w];
         struct atlas_build build = make_build();
-        for (int s = 0; s < 5; ++s) {
-            ASSERT(write_armed(s));
+        for (int s = 0; s < 6; ++s) {
+            ASSERT(write_armed(s, s % 2 == 0 ? s / 2 < way->lefts : 3 + s / 2 < way->lefts, way->arm, numbered(s, "armed%d.nii.gz", s)));
             build.settings.names[s] = names[s];
         }
-        snprintf(mirrored, sizeof mirrored, "mirror:%s", names[3]);
-        build.settings.names[3] = way > 0 ? mirrored : names[3];
-        build.settings.any_side = way == 2;
-        build.settings.count = 5;
+        snprintf(mirrored, sizeof mirrored, "mirror:%s", names[0]);
+        build.settings.names[0] = way->again ? mirrored : names[0];
+        build.settings.any_side = way->any;
+        build.settings.count = 6;
         ASSERT(atlas_subjects_read(&build));
-        ASSERT_EQ(way != 1, atlas_sides_agree(&build));
+        ASSERT_EQ(way->agree, atlas_sides_agree(&build));
         atlas_build_free(&build);
+    }
+    struct atlas_build build = make_build(); /* 15 of 30 are more than the line has room for */
+    for (int s = 0; s < 30; ++s) {
+        if (s < 2) ASSERT(write_armed(s, s == 1, true, numbered(s, "armed%d.nii.gz", s)));
+        build.settings.names[s] = names[s % 2];
+    }
+    build.settings.count = 30;
+    ASSERT(atlas_subjects_read(&build));
+    const int before = catch_errors(numbered(2, "errors", 0));
+    ASSERT_FALSE(atlas_sides_agree(&build));
+    ASSERT(was_printed(names[2], before, " more (mirror:FILE"));
+    atlas_build_free(&build);
+    PASS();
+}
+
+/* leave-one-out refuses them with profiles and without, before the work. */
+TEST both_sides_are_refused_by_leave_one_out(void)
+{
+    char command[600], file[40];
+    struct atlas_trial_settings set = {.common = cli_common_defaults(), .templates = 1, .every = 1};
+    const springls_params params = springls_default_params();
+    snprintf(command, sizeof command, "mkdir -p '%s/sides/images' '%s/sides/labels'", folder, folder);
+    ASSERT_EQ(0, system(command));
+    for (int s = 0; s < 6; ++s) {
+        snprintf(file, sizeof file, "sides/labels/subject%d.nii.gz", s);
+        ASSERT(write_armed(s, s % 2 == 0, true, numbered(0, file, 0)));
+        snprintf(file, sizeof file, "sides/images/subject%d.nii.gz", s);
+        ASSERT(write_armed(s, s % 2 == 0, true, numbered(0, file, 0)));
+    }
+    set.common.quiet = true;
+    set.folder = numbered(1, "sides", 0);
+    for (int profiles = 0; profiles < 2; ++profiles) {
+        set.profiles = profiles == 1;
+        const int before = catch_errors(numbered(2, "errors", 0));
+        ASSERT_FALSE(atlas_leave_one_out(&set, &params));
+        ASSERT(was_printed(names[2], before, "than the others: "));
     }
     PASS();
 }
@@ -290,6 +357,7 @@ int main(int argc, char **argv)
     RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(mirrored_subjects_lie_on_the_other_side);
     RUN_TEST(subjects_of_both_sides_are_refused);
+    RUN_TEST(both_sides_are_refused_by_leave_one_out);
     RUN_TEST(landmarks_are_mirrored_with_their_subject);
     RUN_TEST(repeated_arguments_are_collected);
     remove_folder();

@@ -306,7 +306,7 @@ TEST images_of_another_kind_are_not_trusted(void)
         run.params = springls_default_params();
         run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
         ASSERT_EQ(kind < 3, atlas_segment_run(&run));
-ASSERT_EQ(doubts[kind], run.confidence.doubt);
+        ASSERT_EQ(doubts[kind], run.confidence.doubt);
         ASSERT_EQ(kind == 3, atlas_is_trusted(&run));
         if (kind == 0) {
             run.confidence.doubt = ATLAS_TRUSTED;

@@ -349,6 +349,16 @@ static double number_in(const char *file, const char *key)
     return at ? strtod(at + strlen(name), NULL) : (double)NAN;
 }
 
+static bool text_in(const char *file, const char *wanted)
+{
+    char text[8192] = "";
+    FILE *f = fopen(in_folder(file), "r");
+    if (!f) return false;
+    text[fread(text, 1, sizeof text - 1, f)] = '\0';
+    fclose(f);
+    return strstr(text, wanted) != NULL;
+}
+
 /* Two balls, 100 and 200, on 0. */
 static bool two_balls(struct volume *v)
 {
@@ -568,18 +578,21 @@ TEST results_agree_with_their_start(void)
     snprintf(words, sizeof words, "%s --level 50 --seed 29,18,18 --radius 5 --steps 40 --out %s --no-pictures", file, in_folder("start"));
     ASSERT_EQ(1, call(words));
     ASSERT(number_in("start/report.json", "volume_ml") > 3.0); /* it is there all the same */
+    ASSERT(text_in("start/report.json", "\"trusted\": false"));
     snprintf(words, sizeof words, "%s --pressure 0 --region 1 --center 16,18,18 --radius 7 --steps 20 --json %s", file, in_folder("start.json"));
     ASSERT_EQ(0, call(words));
     ASSERT_IN_RANGE(100.0, number_in("start.json", "start_intensity"), 15.0);
+    ASSERT(text_in("start.json", "\"trusted\": true"));
     run.voxels = volume_voxels(&run.image);
     run.inside = malloc(run.voxels);
     run.result = run.results;
+    run.settings.image = file;
     ASSERT(run.inside);
     for (int bright = 0; bright < 2; ++bright) {
         for (size_t n = 0; n < run.voxels; ++n) run.inside[n] = (run.image.data[n] > 50.0f) == bright;
         run.result->start_mean = 90.0;
         ASSERT_EQ(bright == 1, segment_agrees_with_start(&run));
-        run.result->start_mean = (double)NAN; /* without a region force it is not asked */
+        run.result->start_mean = (double)NAN; /* without a region force */
         ASSERT(segment_agrees_with_start(&run));
     }
     free(run.inside);
