@@ -71,15 +71,12 @@ void place_color(const struct character *character, const struct place *place, f
 {
     const int *corner = character->triangles + 3 * place->triangle;
     const struct material *material = &character->materials[character->materials_of[place->triangle]];
-    float texture[3] = {1.0f, 1.0f, 1.0f}, uv[2], sum[3] = {0.0f, 0.0f, 0.0f};
+    float uv[2] = {0.0f, 0.0f}, sum[3] = {0.0f, 0.0f, 0.0f};
     if (material->image >= 0) {
         place_uv(character, place, uv);
-        byte_image_sample(&character->pictures[material->image].image, uv, texture);
     }
     for (int k = 0; k < 3; ++k) {
         vec3_add_scaled(sum, place->weight[k], character->colors + 3 * corner[k], sum);
     }
-    for (int k = 0; k < 3; ++k) {
-        color[k] = sum[k] * texture[k] * color_display(material->base[k]);
-    }
+    material_color(material, material->image >= 0 ? &character->pictures[material->image].image : NULL, uv, sum, color);
 }

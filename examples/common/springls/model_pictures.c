@@ -1,6 +1,7 @@
 #include "springls/model_pictures.h"
 
 #include "base/vec3.h"
+#include "springls/indices.h"
 
 #include <errno.h>
 #include <math.h>
@@ -35,16 +36,6 @@ void model_frame_free(springls_context *ctx, struct model_frame *frame)
 static int view_width(const struct model_view *view) { return view->width > 0 ? view->width : 420; }
 static int view_height(const struct model_view *view) { return view->height > 0 ? view->height : view_width(view); }
 
-static uint32_t *copy_indices(const springls_mesh *mesh)
-{
-    const size_t count = (size_t)mesh->triangle_count * 3;
-    uint32_t *indices = malloc((count + 1) * sizeof *indices);
-    for (size_t i = 0; indices && i < count; ++i) {
-        indices[i] = (uint32_t)mesh->triangles[i];
-    }
-    return indices;
-}
-
 static struct raycast_scene scene_of(const springls_mesh *mesh, const struct raycast_camera *camera)
 {
     struct raycast_scene scene;
@@ -62,7 +53,7 @@ static bool render_surface(const springls_mesh *mesh, const struct raycast_camer
                            const struct model_view *view, struct image *picture)
 {
     struct raycast_scene scene = scene_of(mesh, camera);
-    uint32_t *indices = copy_indices(mesh);
+    uint32_t *indices = unsigned_indices(mesh);
     scene.indices = indices;
     scene.normals = mesh->normals;
     scene.style = RAYCAST_SMOOTH;

@@ -43,4 +43,18 @@ static inline struct material material_plain(void)
 static inline float color_display(float linear) { return powf(fmaxf(0.0f, fminf(1.0f, linear)), 1.0f / 2.2f); }
 static inline float color_linear(float display) { return powf(fmaxf(0.0f, fminf(1.0f, display)), 2.2f); }
 
+/* Computes the color of a place, as display values: of the image (NULL: none) at its texture coordinates, times the base color and the
+ * color of the vertices around. */
+static inline void material_color(const struct material *material, const struct byte_image *image, const float uv[2], const float vertices[3],
+                                  float color[3])
+{
+    float texture[3] = {1.0f, 1.0f, 1.0f};
+    if (image && image->rgb) {
+        byte_image_sample(image, uv, texture);
+    }
+    for (int k = 0; k < 3; ++k) {
+        color[k] = vertices[k] * texture[k] * color_display(material->base[k]);
+    }
+}
+
 #endif

@@ -102,7 +102,7 @@ void source_look_free(struct source_look *look)
 
 void source_look_color(const struct source_look *look, const float point[3], float color[3])
 {
-    float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3], uv[2] = {0.0f, 0.0f}, texture[3] = {1.0f, 1.0f, 1.0f}, sum[3] = {0.0f, 0.0f, 0.0f};
+    float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3], uv[2] = {0.0f, 0.0f}, sum[3] = {0.0f, 0.0f, 0.0f};
     uint32_t number = 0;
     bvh_distance(&look->bvh, point, closest, &number);
     const struct look_triangle *t = &look->triangles[number];
@@ -113,10 +113,5 @@ void source_look_color(const struct source_look *look, const float point[3], flo
         uv[1] += weight[k] * t->uvs[2 * k + 1];
         vec3_add_scaled(sum, weight[k], t->colors + 3 * k, sum);
     }
-    if (material->image >= 0 && look->scene.pictures[material->image].image.rgb) {
-        byte_image_sample(&look->scene.pictures[material->image].image, uv, texture);
-    }
-    for (int k = 0; k < 3; ++k) {
-        color[k] = sum[k] * texture[k] * color_display(material->base[k]);
-    }
+    material_color(material, material->image >= 0 ? &look->scene.pictures[material->image].image : NULL, uv, sum, color);
 }
