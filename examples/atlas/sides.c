@@ -29,14 +29,10 @@ static double triangle_at(const struct shape_mesh *mesh, int t, double center[3]
 {
     const int *corners = mesh->triangles + 3 * t;
     const float *a = mesh->positions + 3 * corners[0], *b = mesh->positions + 3 * corners[1], *c = mesh->positions + 3 * corners[2];
-    float u[3], v[3], normal[3];
-    vec3_sub(b, a, u);
-    vec3_sub(c, a, v);
-    vec3_cross(u, v, normal);
     for (int k = 0; k < 3; ++k) {
         center[k] = ((double)a[k] + (double)b[k] + (double)c[k]) / 3.0;
     }
-    return 0.5 * (double)vec3_length(normal);
+    return vec3_triangle_area(a, b, c);
 }
 
 /* Computes the surface's moments up to order three that are odd in x, about its center and in units of its size. */

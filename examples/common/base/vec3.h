@@ -78,4 +78,16 @@ static inline void vec3_barycentric(const float *a, const float *b, const float 
     weight[2] = t;
 }
 
+/* Returns a triangle's area. */
+static inline double vec3_triangle_area(const float a[3], const float b[3], const float c[3])
+{
+    double u[3], v[3];
+    for (int k = 0; k < 3; ++k) {
+        u[k] = (double)b[k] - (double)a[k];
+        v[k] = (double)c[k] - (double)a[k];
+    }
+    const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+    return 0.5 * sqrt(x * x + y * y + z * z);
+}
+
 #endif

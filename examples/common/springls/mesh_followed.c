@@ -1,6 +1,8 @@
 /* mesh_followed.c - places spread over a mesh, and how far the model is from them. */
 #include "mesh_followed.h"
 
+#include "base/vec3.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,14 +12,7 @@ enum { PLACES = 20000 };
 
 static double triangle_area(const float *positions, const int *t)
 {
-    const float *a = positions + 3 * (size_t)t[0], *b = positions + 3 * (size_t)t[1], *c = positions + 3 * (size_t)t[2];
-    double u[3], v[3];
-    for (int k = 0; k < 3; ++k) {
-        u[k] = (double)b[k] - (double)a[k];
-        v[k] = (double)c[k] - (double)a[k];
-    }
-    const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
-    return 0.5 * sqrt(x * x + y * y + z * z);
+    return vec3_triangle_area(positions + 3 * (size_t)t[0], positions + 3 * (size_t)t[1], positions + 3 * (size_t)t[2]);
 }
 
 /* Puts place number `number` into a triangle, by a sequence that fills the unit square evenly (Roberts 2018, the R2 sequence), folded
