@@ -31,7 +31,8 @@ static void around(const float *p, int k, int place[8], float share[8])
         t[a] = fminf(fmaxf(q - (float)at[a], 0), 1);
     }
     for (int c = 0; c < 8; c++) {
-        place[c] = share[c] = 0;
+        place[c] = 0;
+        share[c] = 0;
         for (int a = 0; a < 3; a++) place[c] += step_to[a] * (at[a] + (c >> a & 1));
         share[c] = (c & 1 ? t[0] : 1 - t[0]) * (c & 2 ? t[1] : 1 - t[1]) * (c & 4 ? t[2] : 1 - t[2]);
     }
