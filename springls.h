@@ -17398,12 +17398,13 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
                 SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
+                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* the other may be being written */
                 if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
-                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
+                if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits].t = hit->t;
                     work->hit[work->hits].own_weight = hit->own_weight;
                     work->hit[work->hits].springl = hit->springl;
-                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
+                    work->hit[work->hits++].weight = *weight;
                 }
             }
         }
@@ -42273,12 +42274,13 @@ static const char *const springls__kernel_lines[] = {
     "            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
     "            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {\n",
     "                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;\n",
+    "                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* the other may be being written */\n",
     "                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;\n",
-    "                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */\n",
+    "                if (all++ < SPRINGLS__LINE_HITS) {\n",
     "                    work->hit[work->hits].t = hit->t;\n",
     "                    work->hit[work->hits].own_weight = hit->own_weight;\n",
     "                    work->hit[work->hits].springl = hit->springl;\n",
-    "                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;\n",
+    "                    work->hit[work->hits++].weight = *weight;\n",
     "                }\n",
     "            }\n",
     "        }\n",
@@ -42867,7 +42869,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 17997 \"springls.h\"\n",
+    "#line 17998 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43453,7 +43455,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18584 \"springls.h\"\n",
+    "#line 18585 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44049,7 +44051,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44053 \"springls.h\"\n",
+    "#line 44055 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

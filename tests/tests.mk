@@ -8,7 +8,7 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),$(LEVEL)) $(MACHINE) $(THREADS) $(if $(fil
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
 LEVEL         = -O0
-$(TEST_DIR)/backend/% $(TEST_DIR)/examples/% $(TEST_DIR)/objects/% $(addprefix $(TEST_DIR)%unit/test_,fill_gaps raycast): LEVEL = -O1
+$(TEST_DIR)/backend/% $(TEST_DIR)/examples/% $(TEST_DIR)/objects/% $(addprefix $(TEST_DIR)%unit/test_,fill_gaps.o raycast.o): LEVEL = -O1
 $(TEST_DIR)/settings $(TEST_DIR)-no-simd/settings: SETTINGS += $(WITH_LIBRARIES) $(WITH_OPENCL)
 
 UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))
@@ -21,12 +21,22 @@ define unit_rules
 $(1)/library.o: tests/library.c $(1)/settings | springls.h
 	$$(SAY)$$(CC) $$(TEST_FLAGS) $$(or $$(OPT),-O2) $(2) -c -o $$@ $$<
 
-$(1)/%: tests/%.c $(1)/library.o $(1)/settings
+$(1)/%.o: tests/%.c $(1)/settings | springls.h
 	@mkdir -p $$(@D)
-	$$(SAY)$$(CC) $$(TEST_FLAGS) $(2) -o $$@ $$< $(1)/library.o $$(TEST_LIBS)
+	$$(SAY)$$(CC) $$(TEST_FLAGS) $(2) -c -o $$@ $$<
+
+$(1)/%: $(1)/%.o $(1)/library.o
+	@$$(CC) $$(TEST_FLAGS) -o $$@ $$< $(1)/library.o $$(TEST_LIBS)
 endef
 $(eval $(call unit_rules,$(TEST_DIR)))
 $(eval $(call unit_rules,$(TEST_DIR)-no-simd,-DSPRINGLS_NO_SIMD))
+
+# Without SIMD too, a test is the same object, unless parts of the library are compiled in it.
+WITH_PARTS = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "\.\./\.\./[ks]' -e springls_under_test -e SPRINGLS_NO_SIMD tests/*/*.c))
+PUBLIC_TESTS = $(filter-out $(WITH_PARTS),$(UNIT_TESTS) portability/hashes)
+$(PUBLIC_TESTS:%=$(TEST_DIR)-no-simd/%): $(TEST_DIR)-no-simd/%: $(TEST_DIR)/%.o $(TEST_DIR)-no-simd/library.o
+	@mkdir -p $(@D)
+	@$(CC) $(TEST_FLAGS) -o $@ $< $(TEST_DIR)-no-simd/library.o $(TEST_LIBS)
 
 # The tests that are about OpenCL look into the library and springls_cl.h, and have them as their own. What fails on demand is a
 # library that stands before OpenCL's.
@@ -208,8 +218,10 @@ ifeq ($(VARIANT),msan)
   PLAIN_TESTS = $(call chosen,$(STAGE_TESTS) $(addprefix unit/test_,lives reading snapshot),$(UNIT_TESTS))
 endif
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
+# Quick are whole lives of models on threads, and the pool of threads.
 ifeq ($(VARIANT)$(ALL),tsan)
-  PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
+  PLAIN_TESTS = $(call chosen,examples/test_engine $(addprefix unit/test_,context determinism threads),examples/test_engine \
+                $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c)))
 endif
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
 ALL_LIBRARY   = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c)) portability/same_hashes

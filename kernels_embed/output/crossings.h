@@ -436,12 +436,13 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
                 SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
+                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* the other may be being written */
                 if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
-                if (all++ < SPRINGLS__LINE_HITS) { /* `weight` may be being written where it is not wanted */
+                if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits].t = hit->t;
                     work->hit[work->hits].own_weight = hit->own_weight;
                     work->hit[work->hits].springl = hit->springl;
-                    work->hit[work->hits++].weight = weighed ? hit->weight : hit->own_weight;
+                    work->hit[work->hits++].weight = *weight;
                 }
             }
         }

@@ -37,6 +37,12 @@ public_functions() {
 # ---- the checks ----
 
 compiles() { "$@" $warnings -c -o $w/object.o; }
+parses()   { "$@" $warnings -fsyntax-only $here/implement.c; }
+# Compilers warn of more the more they optimise. A function's stack, bytes; jobs need less (tests/unit/test_stack.c).
+optimises() {
+    "$@" $warnings -fstack-usage -c -o $w/o.o $here/implement.c && { [ $1 != gcc ] ||
+        nothing "$(awk -F'\t' '$2 > 16384 && $1 !~ /springls__append_divided/' $w/o.su)" "on the stack"; }
+}
 
 two_copies() {  # COMPILER FLAGS-OF-1 FLAGS-OF-2
     $1 $warnings $2 -DPART=1 -c -o $w/1.o $here/pair.c && $1 $warnings $3 -DPART=2 -c -o $w/2.o $here/pair.c &&
@@ -92,10 +98,6 @@ installed() {
         make -s uninstall DESTDIR=$PWD/$w PREFIX= && nothing "$(cd $w && find include share -type f)" "left by uninstall" &&
         nothing "$([ "$before" = "$(cksum springls.h)" ] || echo springls.h)" "changed by install"
 }
-no_large_frames() {  # a function's stack, bytes; jobs need less (tests/unit/test_stack.c)
-    $1 -std=c99 $2 -I. -fstack-usage -c -o $w/o.o $here/implement.c &&
-        nothing "$(awk -F'\t' '$2 > 16384 && $1 !~ /springls__append_divided/' $w/o.su)" "on the stack"
-}
 without_kernels() {
     $1 -std=c99 $warnings -DSPRINGLS_NO_OPENCL -c -o $w/o.o $here/implement.c &&
         nothing "$(strings $w/o.o | grep "__kernel void")" "of the kernels' text is in the object" &&
@@ -148,35 +150,37 @@ for cc in gcc clang; do
         case $std in *c++*) compile="$cxx -x c++ $std" ;; *) compile="$cc $std" ;; esac
         for with in "" $opencl; do
             check "$cc $std $with: declarations" compiles $compile $with $here/use.c
-            check "$cc $std $with: implementation" compiles $compile $with $here/implement.c
+            check "$cc $std $with: implementation" parses $compile $with
             check "$cc $std $with: other headers' names stay free" compiles $compile $with -fno-builtin $here/clean_names.c
         done
-        check "$cc $std: private copy, mostly unused" compiles $compile $opencl $here/static.c
-        check "$cc $std: private copy with threads, mostly unused" compiles $compile $opencl -DSPRINGLS_THREADS $here/static.c
-        check "$cc $std: a pool of threads" with_a_pool $compile
-        check "$cc $std: goes on without OpenCL" without_opencl "$compile"
     done
-    # Compilers warn of more the more they optimise, and of other things: in the last of the languages too, which is C++ where it is had.
-    check "$cc: implementation at -O2" compiles $cc -std=c99 $opencl -O2 $here/implement.c
-    check "$compile: implementation at -O2" compiles $compile $opencl -O2 $here/implement.c
-    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc -std=c99 $opencl -O3 -DNDEBUG $here/implement.c
+    # As C and, where it is had, as C++.
+    for compile in "$cc -std=c99" "$compile"; do
+        check "$compile: private copy, mostly unused" compiles $compile $opencl $here/static.c
+        check "$compile: private copy with threads, mostly unused" compiles $compile $opencl -DSPRINGLS_THREADS $here/static.c
+        check "$compile: a pool of threads" with_a_pool $compile
+        check "$compile: goes on without OpenCL" without_opencl "$compile"
+        check "$compile: implementation at -O2" optimises $compile $opencl -O2
+    done
+    check "$cc: implementation at -O3 -DNDEBUG" optimises $cc -std=c99 $opencl -O3 -DNDEBUG
+    check "$cc: implementation at -O1" optimises $cc -std=c99 $opencl -O1
     check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: SPRINGLS_NO_OPENCL leaves the kernels' text out" without_kernels $cc
     case $languages in *c++*)
         for std in c++11 c++20; do check "$cxx -std=$std -Wpedantic: minimal.c" minimal_is_silent "$cxx -std=$std"; done ;;
     esac
-    [ $cc != gcc ] || for level in -O1 -O2 -O3; do check "$cc $level: no frame over 16 KB" no_large_frames $cc $level; done
     for with in "" $opencl; do
         c99="$cc -std=c99 $with"
         check "$c99: declarations include only stddef, stdint, stdbool" few_headers "$c99"
         check "$c99: defines the public functions and no others" only_public_names "$c99"
-        check "$c99: two plain copies clash (so the next checks mean something)" fails two_copies "$c99" "" ""
-        check "$c99: two private copies in one program" two_copies "$c99" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
-        check "$c99: two namespaces in one program" namespaces "$c99"
-        check "$c99: shared library exports the public functions and no others" shared_library "$c99"
-        check "$c99: shared library without SPRINGLS_DLL exports nothing" hidden_library "$c99"
     done
+    # With springls_cl.h, which has both.
+    check "$c99: two plain copies clash (so the next checks mean something)" fails two_copies "$c99" "" ""
+    check "$c99: two private copies in one program" two_copies "$c99" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
+    check "$c99: two namespaces in one program" namespaces "$c99"
+    check "$c99: shared library exports the public functions and no others" shared_library "$c99"
+    check "$c99: shared library without SPRINGLS_DLL exports nothing" hidden_library "$c99"
     check "$cc: what is installed is complete" installed "$cc -std=c99"
     check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
     for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
