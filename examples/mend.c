@@ -12,6 +12,7 @@
 #include "surface/mesh_check.h"
 #include "surface/mesh_local.h"
 #include "surface/mesh_simplify.h"
+#include "surface/mesh_slivers.h"
 #include "surface/mesh_weld.h"
 #include "surface/outer_skin.h"
 #include "surface/source_look.h"
@@ -37,6 +38,7 @@ struct mend {
     struct outer_skin skin;
     struct mesh_followed followed; /* of the skin */
     springls_params params;
+    springls_contouring contouring; /* of the result */
     springls_context *ctx;
     springls_mesh result;
     float *colors; /* of the result's vertices */
@@ -191,6 +193,20 @@ static bool thin_out(struct mend *m)
     return fine;
 }
 
+/* Removes thin triangles, with the normals and colors of the vertices that go. */
+static bool remove_slivers(struct mend *m)
+{
+    const double tolerance = 0.03; /* voxels */
+    springls_mesh *mesh = &m->result;
+    int *kept = malloc(((size_t)mesh->vertex_count + 1) * sizeof *kept);
+    const bool fine = kept
+                      && mesh_remove_slivers(mesh->positions, &mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
+                                             tolerance * m->spacing, kept)
+                      && gather(mesh->normals, kept, mesh->vertex_count) && gather(m->colors, kept, mesh->vertex_count);
+    free(kept);
+    return fine;
+}
+
 /* Prints why a call failed. */
 static bool report_failure(const struct mend *m)
 {
@@ -200,20 +216,26 @@ static bool report_failure(const struct mend *m)
 
 static bool measure_result(struct mend *m)
 {
-    m->components = mesh_components(m->result.vertex_count, m->result.triangles, m->result.triangle_count);
-    m->volume = mesh_volume(m->result.positions, m->result.triangles, m->result.triangle_count);
-    springls_measures measures;
-    if (springls_measure(m->ctx, &measures) != SPRINGLS_OK || m->components < 0) {
-        return false;
-    }
-    m->euler = measures.euler;
-    return true;
+    const springls_mesh *mesh = &m->result;
+    m->components = mesh_components(mesh->vertex_count, mesh->triangles, mesh->triangle_count);
+    m->volume = mesh_volume(mesh->positions, mesh->triangles, mesh->triangle_count);
+    m->euler = mesh->vertex_count - mesh->triangle_count / 2; /* a closed mesh has three edges for two triangles */
+    return m->components >= 0;
 }
 
-/* Makes springls even where they are the surface. The level set stays as it is, and with it the surface that is its zero level. */
-static bool even_springls(const struct mend *m)
+/* Extracts the surface: what the springls show, with sharp edges, but without what is left of sheets; or the zero level. */
+static bool extract(struct mend *m)
 {
-    return m->params.contouring != SPRINGLS_CONTOURING_SPRINGLS || springls_remesh(m->ctx) == SPRINGLS_OK;
+    springls_mesh *mesh = &m->result;
+    springls_params params = m->params;
+    params.contouring = m->contouring;
+    if (springls_set_params(m->ctx, &params) != SPRINGLS_OK || springls_extract_mesh(m->ctx, mesh) != SPRINGLS_OK) {
+        return false;
+    }
+    const double speck = fmax(m->specks * m->spacing * m->spacing * m->spacing,
+                              0.001 * mesh_volume(mesh->positions, mesh->triangles, mesh->triangle_count));
+    return m->contouring == SPRINGLS_CONTOURING_LEVEL_SET
+        || mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count, speck) >= 0;
 }
 
 static bool make_solid(struct mend *m, springls_backend *backend)
@@ -231,8 +253,8 @@ static bool make_solid(struct mend *m, springls_backend *backend)
     const bool fine = mesh_followed(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, triangles, (int)m->skin.triangle_count,
                                     (float)m->spacing, &m->followed)
                           == SPRINGLS_OK
-                      && even_springls(m) && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
-                      && carry_colors(m, triangles) && thin_out(m) && color_by_look(m) && measure_result(m);
+                      && extract(m)
+                      && carry_colors(m, triangles) && remove_slivers(m) && thin_out(m) && color_by_look(m) && measure_result(m);
     free(triangles);
     if (!fine) {
         return report_failure(m);
@@ -506,6 +528,18 @@ static bool warn_of_losses(const struct mend *m)
     return true;
 }
 
+/* Chooses what the result shows: the springls, which have sharp edges, unless the paper's set or --set have it otherwise. The zero level
+ * is what the way there is measured by. */
+static int choose_contouring(struct mend *m)
+{
+    springls_params params = m->params;
+    params.contouring = strcmp(m->common.params, "paper") == 0 ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
+    const int status = run_set_members("mend", m->set, &params);
+    m->contouring = params.contouring;
+    m->params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    return status;
+}
+
 static int check_usage(struct mend *m)
 {
     char error[MESH_TEXT];
@@ -586,6 +620,9 @@ int main(int argc, char **argv)
     }
     if (status == CLI_CONTINUE) {
         status = run_options("mend", &m.common, m.set, &m.params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = choose_contouring(&m);
     }
     if (status == CLI_CONTINUE && m.out) {
         status = run_check_output("mend", m.out);

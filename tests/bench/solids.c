@@ -199,27 +199,6 @@ static bool write_damaged(const struct bench *b, const struct solid *s, struct d
     return fine || failed(error);
 }
 
-/* Computes the share of the angles below 10 degrees. */
-static double sliver_share(const struct mesh *mesh)
-{
-    const double limit = cos(10.0 * 3.14159265358979 / 180.0);
-    size_t thin = 0;
-    for (size_t i = 0; i < 3 * mesh->triangle_count; ++i) {
-        const size_t t = i / 3 * 3;
-        const float *a = mesh->positions + 3 * (size_t)mesh->indices[i], *p = mesh->positions + 3 * (size_t)mesh->indices[t + (i + 1) % 3];
-        const float *q = mesh->positions + 3 * (size_t)mesh->indices[t + (i + 2) % 3];
-        double up = 0.0, uu = 0.0, vv = 0.0;
-        for (int k = 0; k < 3; ++k) {
-            const double u = (double)p[k] - (double)a[k], v = (double)q[k] - (double)a[k];
-            up += u * v;
-            uu += u * u;
-            vv += v * v;
-        }
-        thin += up > limit * sqrt(uu * vv);
-    }
-    return (double)thin / (3.0 * (double)mesh->triangle_count + 1e-9);
-}
-
 static void measure(const struct shape *truth, const struct mesh *mesh, double voxel, struct outcome *o)
 {
     const struct surface a = {mesh->positions, mesh->indices, mesh->triangle_count};
@@ -239,7 +218,7 @@ static void measure(const struct shape *truth, const struct mesh *mesh, double v
     o->volume = mesh_volume(mesh->positions, triangles, (int)mesh->triangle_count) / truth->volume;
     o->mean = d.assd / voxel;
     o->largest = d.max / voxel;
-    o->slivers = sliver_share(mesh);
+    o->slivers = mesh_sharp_angles(mesh->positions, triangles, (int)mesh->triangle_count, 10.0);
     o->triangles = (int)mesh->triangle_count;
 }
 

@@ -3,6 +3,7 @@
 #include "base/threads.h"
 #include "base/vec3.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -120,71 +121,188 @@ static bool crosses(const float *positions, const int *s, const int *t)
     return false;
 }
 
-struct box {
-    float lo[3], hi[3];
-    int triangle;
-};
-
-static int compare_boxes(const void *a, const void *b)
-{
-    const struct box *e = a, *f = b;
-    return (e->lo[0] > f->lo[0]) - (e->lo[0] < f->lo[0]);
-}
-
-struct crossings_loop {
+/* Boxes of triangles, and a grid whose cells list the triangles whose boxes they meet. */
+struct crossings {
     const float *positions;
     const int *triangles;
-    int triangle_count;
-    const struct box *boxes;
-    int *crossings;
+    int triangle_count, size[3];
+    float lower[3], step;
+    float *boxes;       /* 6 a triangle: its lower and its upper corner */
+    int *first, *listed; /* the triangles of cell c: from first[c] on */
+    unsigned char *marks; /* of vertices, NULL: none */
+    int count;
 };
+
+static void find_boxes(struct crossings *c, float upper[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        c->lower[k] = INFINITY;
+        upper[k] = -INFINITY;
+    }
+    for (int t = 0; t < c->triangle_count; ++t) {
+        float *box = c->boxes + 6 * (size_t)t;
+        for (int k = 0; k < 3; ++k) {
+            const float x = c->positions[3 * c->triangles[3 * t] + k], y = c->positions[3 * c->triangles[3 * t + 1] + k];
+            const float z = c->positions[3 * c->triangles[3 * t + 2] + k];
+            box[k] = fminf(x, fminf(y, z));
+            box[3 + k] = fmaxf(x, fmaxf(y, z));
+            c->lower[k] = fminf(c->lower[k], box[k]);
+            upper[k] = fmaxf(upper[k], box[3 + k]);
+        }
+    }
+}
+
+/* Returns the cell in which a place lies along an axis. */
+static int cell_of(const struct crossings *c, float x, int axis)
+{
+    const float cell = (x - c->lower[axis]) / c->step;
+    return !(cell >= 1.0f) ? 0 : cell < (float)c->size[axis] ? (int)cell : c->size[axis] - 1;
+}
+
+/* Finds the first and the last cells that a triangle's box meets. Returns how many it meets. */
+static int64_t cells_of(const struct crossings *c, int t, int from[3], int to[3])
+{
+    const float *box = c->boxes + 6 * (size_t)t;
+    int64_t count = 1;
+    for (int k = 0; k < 3; ++k) {
+        from[k] = cell_of(c, box[k], k);
+        to[k] = cell_of(c, box[3 + k], k);
+        count *= to[k] - from[k] + 1;
+    }
+    return count;
+}
+
+/* Lists a triangle in its cells, or counts it there where there is no list yet. */
+static void list_triangle(struct crossings *c, int t)
+{
+    int from[3], to[3];
+    cells_of(c, t, from, to);
+    for (int z = from[2]; z <= to[2]; ++z) {
+        for (int y = from[1]; y <= to[1]; ++y) {
+            for (int x = from[0]; x <= to[0]; ++x) {
+                int *first = c->first + (z * c->size[1] + y) * c->size[0] + x;
+                if (c->listed) {
+                    c->listed[first[1]++] = t;
+                } else {
+                    ++first[2];
+                }
+            }
+        }
+    }
+}
+
+/* Returns how many entries the lists of all cells have. */
+static int64_t count_entries(const struct crossings *c)
+{
+    int from[3], to[3];
+    int64_t entries = 0;
+    for (int t = 0; t < c->triangle_count; ++t) {
+        entries += cells_of(c, t, from, to);
+    }
+    return entries;
+}
+
+/* Chooses cells as wide as triangles are in the mean, or wider: few triangles are then in many. */
+static void choose_cells(struct crossings *c, const float upper[3])
+{
+    double sum = 0.0;
+    for (int t = 0; t < c->triangle_count; ++t) {
+        const float *box = c->boxes + 6 * (size_t)t;
+        sum += (double)fmaxf(box[3] - box[0], fmaxf(box[4] - box[1], box[5] - box[2]));
+    }
+    c->step = (float)(sum / c->triangle_count);
+    for (int k = 0; k < 3; ++k) {
+        c->step = fmaxf(c->step, (upper[k] - c->lower[k]) / 1000.0f);
+    }
+    for (bool fits = false; !fits; c->step *= fits ? 1.0f : 1.5f) {
+        int64_t cells = 1;
+        for (int k = 0; k < 3; ++k) {
+            c->size[k] = c->step > 0.0f ? 1 + (int)((upper[k] - c->lower[k]) / c->step) : 1;
+            cells *= c->size[k];
+        }
+        const int64_t most = 64 + 16 * (int64_t)c->triangle_count;
+        fits = cells == 1 || (cells <= most && count_entries(c) <= most);
+    }
+}
+
+/* Lists the triangles of all cells. Returns false if memory is short. */
+static bool list_all(struct crossings *c)
+{
+    const int64_t cells = (int64_t)c->size[0] * c->size[1] * c->size[2];
+    c->first = calloc((size_t)cells + 2, sizeof *c->first);
+    for (int t = 0; c->first && t < c->triangle_count; ++t) {
+        list_triangle(c, t);
+    }
+    for (int64_t i = 0; c->first && i < cells; ++i) {
+        c->first[i + 2] += c->first[i + 1];
+    }
+    c->listed = c->first ? malloc(((size_t)count_entries(c) + 1) * sizeof *c->listed) : NULL;
+    for (int t = 0; c->listed && t < c->triangle_count; ++t) {
+        list_triangle(c, t);
+    }
+    return c->listed != NULL;
+}
+
+/* Returns whether the boxes of two triangles meet, and whether this cell is the one of theirs where it counts. */
+static bool meet_in_cell(const struct crossings *c, int s, int t, const int cell[3])
+{
+    const float *p = c->boxes + 6 * (size_t)s, *q = c->boxes + 6 * (size_t)t;
+    for (int k = 0; k < 3; ++k) {
+        if (p[3 + k] < q[k] || q[3 + k] < p[k]) {
+            return false;
+        }
+    }
+    for (int k = 0; k < 3; ++k) {
+        if (cell_of(c, fmaxf(p[k], q[k]), k) != cell[k]) {
+            return false;
+        }
+    }
+    return true;
+}
 
 static void run_crossings_loop(void *arg, int begin, int end)
 {
-    const struct crossings_loop *loop = arg;
-    const float *positions = loop->positions;
-    const int *triangles = loop->triangles;
-    const int triangle_count = loop->triangle_count;
-    const struct box *boxes = loop->boxes;
-    int crossings = 0;
+    struct crossings *c = arg;
     for (int i = begin; i < end; ++i) {
-        for (int j = i + 1; j < triangle_count && boxes[j].lo[0] <= boxes[i].hi[0]; ++j) {
-            if (boxes[j].lo[1] <= boxes[i].hi[1] && boxes[i].lo[1] <= boxes[j].hi[1] && boxes[j].lo[2] <= boxes[i].hi[2]
-                && boxes[i].lo[2] <= boxes[j].hi[2]) {
-                crossings += crosses(positions, triangles + 3 * boxes[i].triangle, triangles + 3 * boxes[j].triangle);
+        const int cell[3] = {i % c->size[0], i / c->size[0] % c->size[1], i / c->size[0] / c->size[1]};
+        for (int m = c->first[i]; m < c->first[i + 1]; ++m) {
+            for (int n = m + 1; n < c->first[i + 1]; ++n) {
+                const int *s = c->triangles + 3 * (size_t)c->listed[m], *t = c->triangles + 3 * (size_t)c->listed[n];
+                if (!meet_in_cell(c, c->listed[m], c->listed[n], cell) || !crosses(c->positions, s, t)) {
+                    continue;
+                }
+                threads_lock();
+                ++c->count;
+                for (int k = 0; c->marks && k < 3; ++k) {
+                    c->marks[s[k]] = c->marks[t[k]] = 1;
+                }
+                threads_unlock();
             }
         }
     }
-    threads_lock();
-    *loop->crossings += crossings;
-    threads_unlock();
 }
 
-/* Counts crossings by sorting and sweeping along x. */
-static bool count_crossings(const float *positions, const int *triangles, int triangle_count, struct mesh_check *check)
+int mesh_mark_crossings(const float *positions, const int *triangles, int triangle_count, unsigned char *marks)
 {
-    struct box *boxes = malloc(((size_t)triangle_count + 1) * sizeof *boxes);
-    if (!boxes) {
-        return false;
+    struct crossings c = {.positions = positions, .triangles = triangles, .triangle_count = triangle_count, .marks = marks};
+    float upper[3];
+    if (triangle_count == 0) {
+        return 0;
     }
-    for (int t = 0; t < triangle_count; ++t) {
-        const float *corner = positions + 3 * triangles[3 * t];
-        struct box box = {{corner[0], corner[1], corner[2]}, {corner[0], corner[1], corner[2]}, t};
-        for (int k = 1; k < 3; ++k) {
-            for (int i = 0; i < 3; ++i) {
-                box.lo[i] = fminf(box.lo[i], positions[3 * triangles[3 * t + k] + i]);
-                box.hi[i] = fmaxf(box.hi[i], positions[3 * triangles[3 * t + k] + i]);
-            }
-        }
-        boxes[t] = box;
+    c.boxes = malloc(6 * (size_t)triangle_count * sizeof *c.boxes);
+    bool fine = c.boxes != NULL;
+    if (fine) {
+        find_boxes(&c, upper);
+        choose_cells(&c, upper);
+        fine = list_all(&c);
     }
-    qsort(boxes, (size_t)triangle_count, sizeof *boxes, compare_boxes);
-    int crossings = 0;
-    struct crossings_loop loop = {positions, triangles, triangle_count, boxes, &crossings};
-    threads_for(triangle_count, 256, run_crossings_loop, &loop);
-    check->intersections = crossings;
-    free(boxes);
-    return true;
+    if (fine) {
+        threads_for(c.size[0] * c.size[1] * c.size[2], 1024, run_crossings_loop, &c);
+    }
+    free(c.boxes);
+    free(c.first);
+    free(c.listed);
+    return fine ? c.count : -1;
 }
 
 bool mesh_check(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct mesh_check *check)
@@ -195,8 +313,8 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
             return false;
         }
     }
-    return check_edges(triangles, vertex_count, triangle_count, check)
-           && count_crossings(positions, triangles, triangle_count, check);
+    check->intersections = mesh_mark_crossings(positions, triangles, triangle_count, NULL);
+    return check->intersections >= 0 && check_edges(triangles, vertex_count, triangle_count, check);
 }
 
 /* Returns a sixth of the determinant of a triangle's corners relative to a vertex of the component (divergence theorem). */
@@ -291,4 +409,24 @@ int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, i
     free(parent);
     free(volume);
     return dropped;
+}
+
+double mesh_sharp_angles(const float *positions, const int *triangles, int triangle_count, double degrees)
+{
+    const double limit = cos(degrees * 3.14159265358979 / 180.0);
+    int sharp = 0;
+    for (int i = 0; i < 3 * triangle_count; ++i) {
+        const int t = i / 3 * 3;
+        const float *a = positions + 3 * triangles[i], *p = positions + 3 * triangles[t + (i + 1) % 3];
+        const float *q = positions + 3 * triangles[t + (i + 2) % 3];
+        double up = 0.0, uu = 0.0, vv = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double u = (double)p[k] - (double)a[k], v = (double)q[k] - (double)a[k];
+            up += u * v;
+            uu += u * u;
+            vv += v * v;
+        }
+        sharp += up > limit * sqrt(uu * vv);
+    }
+    return triangle_count ? sharp / (3.0 * triangle_count) : 0.0;
 }

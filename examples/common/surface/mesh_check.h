@@ -14,6 +14,9 @@ struct mesh_check {
 /* Checks a mesh. Returns false if memory is short or an index is out of range. */
 bool mesh_check(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct mesh_check *check);
 
+/* Returns how many pairs of triangles cross, -1: memory. marks: of vertices; those of triangles that cross are set to 1; may be NULL. */
+int mesh_mark_crossings(const float *positions, const int *triangles, int triangle_count, unsigned char *marks);
+
 /* Returns the number of components of a mesh, -1: memory. */
 int mesh_components(int vertex_count, const int *triangles, int triangle_count);
 
@@ -23,6 +26,9 @@ double mesh_volume(const float *positions, const int *triangles, int triangle_co
 /* Returns the share of the edges at which the normals of two triangles include an angle with a cosine below `cosine`; -1:
  * memory. Edges of folds are near -1. */
 double mesh_bent_edges(const float *positions, const int *triangles, int triangle_count, float cosine);
+
+/* Returns the share of the angles that are below so many degrees. */
+double mesh_sharp_angles(const float *positions, const int *triangles, int triangle_count, double degrees);
 
 /* Removes components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many, -1: memory. */
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest);

@@ -1,0 +1,13 @@
+/* mesh_slivers.h - removes the thin triangles of a closed mesh: still closed, without crossings, of the same topology. */
+#ifndef EXAMPLES_SURFACE_MESH_SLIVERS_H
+#define EXAMPLES_SURFACE_MESH_SLIVERS_H
+
+#include <stdbool.h>
+
+/* Merges vertices with neighbours and flips edges where triangles have angles below 15 degrees, as long as the surface moves by no more than
+ * `tolerance` there and triangles become less thin. Vertices left keep their places; `kept` gets the number that each had, and may be used
+ * to thin out other arrays; those that no triangle uses go too. Where the mesh would cross itself it stays as it is. Returns false if memory is short; then the mesh is as it
+ * was. */
+bool mesh_remove_slivers(float *positions, int *vertex_count, int *triangle_indices, int *triangle_count, double tolerance, int *kept);
+
+#endif
