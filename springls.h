@@ -319,7 +319,7 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _measure, _closest, _raycast and _sample_inside show what the springls hold.
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls hold.
    Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
    and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
    voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
@@ -334,13 +334,14 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh.
+   springls_sample_inside follow the same mesh. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
+   the grid has it more than the tolerance away, and only chunks with other triangles or with vertices that moved are listed.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its
    end, with volume_lock once more for each correction. There a change of contouring ends the step in progress, and components are found
-   anew. Chunks and distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact
-   use phi too, since they change the model.
+   anew. Distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact use phi too,
+   since they change the model.
 
    MOTION FROM OUTSIDE
 
@@ -554,11 +555,11 @@
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock, components and the mesh of what springls hold are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
-   springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
+   springls_chunks lists which bricks of the surface have changed. springls_snapshot and springls_restore go back to an
    earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
    springls_snapshot_patch makes the snapshot again.
 
@@ -777,6 +778,8 @@
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
      >>chunk_material       src/output/chunk_material.h
+     >>chunk_signature      src/output/chunk_signature.h
+     >>contour_chunks       src/output/contour_chunks.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
      >>contour_query        src/output/contour_query.h
@@ -1755,25 +1758,27 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 /* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
-   the vertices that they share, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the watertight surface (params.contouring), the part in one brick of 8^3 voxels, as a mesh of its own.
+   Neighbouring chunks repeat the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* its marching cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
+    int brick[3];            /* its cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
                                 border. It names the same place when the grid has moved (springls_desc.follow)      */
     int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
     float *positions;        /* 3 a vertex, world                                                                   */
     float *normals;          /* 3 a vertex, unit, outward                                                           */
     float *correspondences;  /* 3 a vertex, world; NULL without desc.correspondences                                */
-    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX when none is within a voxel; NULL
-                                without desc.correspondences                                                        */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, or of the one that counts most there where the mesh
+                                is of what springls hold; UINT32_MAX when none is within a voxel; NULL without
+                                desc.correspondences                                                                */
     uint16_t *triangles;     /* 3 a triangle: indices of this chunk's vertices, counter-clockwise seen from outside */
 } springls_chunk;
 
 /* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
-    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
-                             negative: none, and the chunks are the zero level's mesh (params.contouring) to the bit. Springls at rest
-                             relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
+    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more, or a vertex of what
+                             springls hold (params.contouring) has moved by more; 0: 0.05; negative: none, and the chunks are
+                             the mesh of springls_extract_mesh to the bit. Springls at rest relax by some 0.001 voxel a step,
+                             so that without a tolerance all chunks change                                           */
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
                              changed, too, when the attributes of its springls have                                  */
 } springls_chunks_desc;
@@ -1789,8 +1794,8 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
-   triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
-   the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
+   triangles. Whatever happened in between (steps, inputs, restore, another params.contouring), the consumer's chunks then are the
+   watertight surface, within the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
    have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count);
@@ -26996,10 +27001,9 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
     }
 }
 
-/* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
-/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
-   level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
-   from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
+/* ======== >>chunk_signature  (src/output/chunk_signature.h) ==================================================== */
+/* chunk_signature.h - what the springls of a brick show to the vertices of its chunk, summed up: a change makes the chunk dirty though its
+   triangles stay. */
 
 /* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
    that correspondences have moved along the surface. */
@@ -27010,15 +27014,668 @@ typedef struct springls__brick_signature {
     int count;
 } springls__brick_signature;
 
+/* A brick of the lattice, counted in bricks. */
+typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
+
+/* Returns a hash of the attributes of springl i. */
+SPRINGLS__FN uint64_t springls__hash_attributes(const springls_context *ctx, int i)
+{
+    uint64_t hash = (uint64_t)ctx->model.set.id[i] * 0x9e3779b97f4a7c15u + 1u;
+    int a, c;
+    for (a = 0; a < ctx->attribute_count; a++) {
+        const springls__attribute *attribute = &ctx->attributes[a];
+        const float *values = springls__values_of(attribute, i);
+        for (c = 0; c < attribute->channels; c++) {
+            uint32_t bits;
+            memcpy(&bits, values + c, sizeof bits);
+            hash = (hash ^ bits) * 0xff51afd7ed558ccdu;
+            hash ^= hash >> 29;
+        }
+    }
+    return hash;
+}
+
+/* Finds which signature the springls at a place belong to; -1: none. */
+typedef int (*springls__signature_of_place)(const springls_context *ctx, const springls_chunks *c, springls__v3 p);
+
+/* Adds a hash of attributes to the signatures around p whose vertices springls__mesh_attribute may find there. */
+SPRINGLS__FN void springls__add_values(const springls_context *ctx, const springls_chunks *c, springls__signature_of_place find,
+                                       springls__v3 p, uint64_t hash, springls__brick_signature *signature)
+{
+    const float reach = 2.5f; /* voxels: sources of an interpolation (interpolation.h) */
+    int last = -1, k;
+    for (k = 0; k < 8; k++) {
+        const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
+        const int i = find(ctx, c, springls__add(p, corner));
+        if (i < 0 || i == last) continue;
+        signature[i].values += hash; /* a brick that two corners lie in has it twice, each time */
+        last = i;
+    }
+}
+
+/* Sums up `count` signatures. */
+SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c, springls__signature_of_place find,
+                                               int count, springls__brick_signature *signature)
+{
+    int i, at;
+    memset(signature, 0, (size_t)count * sizeof *signature);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        if ((at = find(ctx, c, p)) >= 0) {
+            signature[at].ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
+            signature[at].particles = springls__add(signature[at].particles, p);
+            signature[at].correspondences = springls__add(signature[at].correspondences, ctx->model.set.a[i]);
+            signature[at].count++;
+        }
+        if (ctx->attribute_count) springls__add_values(ctx, c, find, p, springls__hash_attributes(ctx, i), signature);
+    }
+}
+
+/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
+SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
+                                             float tolerance)
+{
+    float limit = tolerance * (float)now->count;
+    return now->ids == before->ids && now->values == before->values
+        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
+        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+}
+
+/* ======== >>contour_chunks  (src/output/contour_chunks.h) ====================================================== */
+/* contour_chunks.h - chunks of the mesh of what springls hold (params.contouring). A consumer has a published contour: bricks of vertices,
+   each with the key of the edge, face or cell of the grid that it lies on, and of triangles between keys. A published vertex stays
+   where it is until it has moved by more than the tolerance; a chunk has changed where its triangles have, or a vertex of them.
+
+     the table  -->  bricks of the new contour, by place  -->  vertices: published or new  -->  chunks that differ
+
+   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made. */
+
+/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; changed: 1 where x or n
+   is not as published before. */
+typedef struct springls__contour_vertex {
+    springls__v3 x, n;
+    uint32_t key;
+    int springl, changed;
+} springls__contour_vertex;
+
+/* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
+   the grid; table: its number in the table; changed: whether a vertex of it is. */
+typedef struct springls__contour_brick {
+    springls__lattice_brick at, chunk;
+    springls__brick_signature signature;
+    int first_vertex, vertices, first_triangle, triangles, table;
+    bool dirty, changed;
+} springls__contour_brick;
+
+/* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
+typedef struct springls__contour_store {
+    springls__contour_brick *brick; /* by their chunks, then by their places */
+    springls__contour_vertex *vertex;
+    uint32_t *corner; /* 3 a triangle: springls__contour_corner */
+    int bricks, vertices, triangles, window[3];
+    bool stale;
+    springls__buffer brick_memory, vertex_memory, corner_memory;
+} springls__contour_store;
+
+/* What the chunks of one consumer have of contours. The published one is store[now]; the other one is made by an update. */
+typedef struct springls__contour_chunks {
+    const springls_context *ctx;
+    springls__contour_store store[2];
+    int now;
+    float tolerance;       /* voxels                                                                       */
+    bool in_use;           /* the consumer's chunks are contours                                           */
+    int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
+    int *brick_count;
+    int *of_table;         /* [brick of the table] its brick of the new contour; -1: none                  */
+    uint64_t *vertex_key;  /* [vertex of the mesh] its brick in the table << 32 | its key                  */
+    uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
+    int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory;
+} springls__contour_chunks;
+
+SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
+{
+    springls__buffer_free(ctx, &store->brick_memory);
+    springls__buffer_free(ctx, &store->vertex_memory);
+    springls__buffer_free(ctx, &store->corner_memory);
+}
+
+SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls__contour_chunks *c)
+{
+    springls__contour_store_free(ctx, &c->store[0]);
+    springls__contour_store_free(ctx, &c->store[1]);
+    springls__buffer_free(ctx, &c->first_brick_memory);
+    springls__buffer_free(ctx, &c->of_table_memory);
+    springls__buffer_free(ctx, &c->vertex_key_memory);
+    springls__buffer_free(ctx, &c->order_memory);
+    springls__buffer_free(ctx, &c->used_memory);
+}
+
+/* ---- keys ---- */
+
+enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
+
+/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong to
+   one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
+{
+    return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
+}
+
+/* Returns what vertices have in common that are published together: an edge, a face, or the cells of a brick. */
+SPRINGLS__FN uint32_t springls__group_of_key(uint32_t key)
+{
+    return key >> 25 == (uint32_t)SPRINGLS__KEY_OF_CELL ? key >> 25 << 25 : key >> 6 << 6;
+}
+
+/* Returns a triangle's corner: the key of a vertex, and the direction (0 to 26) of its brick from the triangle's. */
+SPRINGLS__FN uint32_t springls__contour_corner(int direction, uint32_t key) { return (uint32_t)direction << 27 | key; }
+
+/* ---- the order of bricks ---- */
+
+/* Compares places, x fastest. */
+SPRINGLS__FN int springls__compare_places(const int a[3], const int b[3])
+{
+    int axis;
+    for (axis = 2; axis > 0 && a[axis] == b[axis]; axis--) continue;
+    return (a[axis] > b[axis]) - (a[axis] < b[axis]);
+}
+
+SPRINGLS__FN int springls__compare_contour_bricks(const void *first, const void *second)
+{
+    const springls__contour_brick *a = (const springls__contour_brick *)first, *b = (const springls__contour_brick *)second;
+    const int chunks = springls__compare_places(a->chunk.at, b->chunk.at);
+    return chunks ? chunks : springls__compare_places(a->at.at, b->at.at);
+}
+
+/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid is
+   in the chunk at the border. */
+SPRINGLS__FN springls__lattice_brick springls__chunk_of_place(const springls_context *ctx, const int at[3])
+{
+    springls__lattice_brick chunk;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        const int window = ctx->window.offset[axis] / SPRINGLS__BRICK;
+        chunk.at[axis] = springls__iclamp(at[axis] - window, 0, ctx->model.grid.bricks[axis] - 1) + window;
+    }
+    return chunk;
+}
+
+/* Returns the brick of a contour at a place of the lattice; -1: there is none. */
+SPRINGLS__FN int springls__find_contour_brick(const springls_context *ctx, const springls__contour_store *store, const int at[3])
+{
+    springls__contour_brick wanted;
+    int first = 0, end = store->bricks;
+    memcpy(wanted.at.at, at, sizeof wanted.at.at);
+    wanted.chunk = springls__chunk_of_place(ctx, at);
+    while (first < end) {
+        const int middle = first + (end - first) / 2, order = springls__compare_contour_bricks(&store->brick[middle], &wanted);
+        if (order == 0) return middle;
+        if (order < 0) first = middle + 1;
+        else end = middle;
+    }
+    return -1;
+}
+
+/* Finds the bricks of a contour around one of its bricks. */
+SPRINGLS__FN void springls__contour_bricks_around(const springls_context *ctx, const springls__contour_store *store, int brick, int around[27])
+{
+    int d, place[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(store->brick[brick].at.at, d, place);
+        around[d] = d == 13 ? brick : springls__find_contour_brick(ctx, store, place);
+    }
+}
+
+/* Returns the vertex of a triangle's corner. around: of the triangle's brick. */
+SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store, const int around[27], uint32_t corner)
+{
+    const springls__contour_brick *brick = store->brick + around[corner >> 27];
+    const uint32_t key = corner & ((1u << 27) - 1u);
+    int first = brick->first_vertex, end = first + brick->vertices;
+    while (end - first > 1) {
+        const int middle = first + (end - first) / 2;
+        if (store->vertex[middle].key <= key) first = middle;
+        else end = middle;
+    }
+    return first;
+}
+
+/* ---- from the table to a contour ---- */
+
+/* The table of the mesh that is kept, as springls__make_surface_mesh has left it. */
+typedef struct springls__kept_table {
+    const springls__surface_brick *brick;
+    const int *rank, *corners;
+    int first_corner, first_inner;
+    springls__raw_mesh mesh;
+} springls__kept_table;
+
+SPRINGLS__FN springls__kept_table springls__kept_table_of(const springls_context *ctx)
+{
+    springls__kept_table table;
+    memset(&table, 0, sizeof table);
+    table.brick = (const springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    table.rank = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    table.corners = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_TRIANGLE].data;
+    if (ctx->surface_bricks == 0) return table;
+    table.first_corner = table.brick[ctx->surface_bricks - 1].begin[SPRINGLS__OF_CROSSINGS][SPRINGLS__TABLE_ROWS];
+    table.first_inner = table.first_corner + 2 * table.brick[ctx->surface_bricks - 1].begin[SPRINGLS__OF_ARCS][SPRINGLS__TABLE_ROWS];
+    springls__use_surface_mesh(ctx, &table.mesh);
+    return table;
+}
+
+/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: they are counted only. */
+typedef struct springls__vertex_writer {
+    const springls__kept_table *table;
+    springls__contour_vertex *vertex;
+    uint64_t *vertex_key;
+    int brick, count;
+} springls__vertex_writer;
+
+/* Writes a vertex that triangles use. */
+SPRINGLS__FN void springls__write_contour_vertex(springls__vertex_writer *writer, int number, uint32_t key)
+{
+    const int i = writer->table->rank[number] - 1;
+    springls__contour_vertex *v;
+    if (i < 0) return;
+    if (writer->vertex) {
+        v = writer->vertex + writer->count;
+        v->x = writer->table->mesh.positions[i];
+        v->n = writer->table->mesh.normals[i];
+        v->springl = writer->table->mesh.springls[i];
+        v->key = key;
+        v->changed = 1;
+        writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
+    }
+    writer->count++;
+}
+
+/* Writes the vertices on edges and faces of a row of a brick of the table. */
+SPRINGLS__FN void springls__write_row(springls__vertex_writer *writer, const springls__surface_brick *brick, int of, int row)
+{
+    const uint8_t *count = of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs;
+    int number = brick->begin[of][row], k, i;
+    if (number == brick->begin[of][row + 1]) return;
+    for (k = 8 * row; k < 8 * row + 8; k++)
+        for (i = 0; i < count[k]; i++, number++) {
+            if (of == SPRINGLS__OF_CROSSINGS) {
+                springls__write_contour_vertex(writer, number, springls__contour_key(SPRINGLS__KEY_OF_EDGE, k, i));
+                continue;
+            }
+            springls__write_contour_vertex(writer, writer->table->first_corner + 2 * number,
+                                           springls__contour_key(SPRINGLS__KEY_OF_FACE, k, 2 * i));
+            springls__write_contour_vertex(writer, writer->table->first_corner + 2 * number + 1,
+                                           springls__contour_key(SPRINGLS__KEY_OF_FACE, k, 2 * i + 1));
+        }
+}
+
+/* Writes the vertices that a brick of the table owns. Returns how many. */
+SPRINGLS__FN int springls__write_contour_vertices(const springls__kept_table *table, int brick, springls__contour_vertex *vertex,
+                                                  uint64_t *vertex_key)
+{
+    const springls__surface_brick *from = table->brick + brick;
+    springls__vertex_writer writer;
+    int row, k;
+    writer.table = table;
+    writer.vertex = vertex;
+    writer.vertex_key = vertex_key;
+    writer.brick = brick;
+    writer.count = 0;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_CROSSINGS, row);
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_ARCS, row);
+    for (k = 0; k < from->inner; k++)
+        springls__write_contour_vertex(&writer, table->first_inner + from->first_inner + k,
+                                       springls__contour_key(SPRINGLS__KEY_OF_CELL, 0, k));
+    return writer.count;
+}
+
+/* What the loops over bricks take. */
+typedef struct springls__contour_update {
+    springls__kept_table table;
+    const springls__contour_store *before;
+    springls__contour_store *after;
+    float tolerance;
+} springls__contour_update;
+
+SPRINGLS__FN springls__contour_update springls__contour_update_of(springls__contour_chunks *c)
+{
+    springls__contour_update update;
+    update.table = springls__kept_table_of(c->ctx);
+    update.before = &c->store[c->now];
+    update.after = &c->store[1 - c->now];
+    update.tolerance = c->tolerance;
+    return update;
+}
+
+/* Counts the vertices of bricks of the table: [brick of the table] of_table. */
+SPRINGLS__FN void springls__count_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++)
+        c->of_table[begin] = springls__write_contour_vertices(&update.table, begin, NULL, NULL);
+}
+
+/* Writes the vertices of bricks, and their keys. */
+SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__contour_brick *brick = update.after->brick + begin;
+        springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
+                                         c->vertex_key);
+    }
+}
+
+/* Writes the triangles of bricks. */
+SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    const uint64_t *key = c->vertex_key;
+    int k, d;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__contour_brick *brick = update.after->brick + begin;
+        const springls__surface_brick *from = update.table.brick + brick->table;
+        const int *corner = update.table.corners + 3 * (size_t)from->first_triangle;
+        uint32_t *to = update.after->corner + 3 * (size_t)brick->first_triangle;
+        for (k = 0, d = 13; k < 3 * from->triangles; k++) {
+            const uint64_t v = key[update.table.rank[corner[k]] - 1];
+            if (from->around[d] != (int)(v >> 32))
+                for (d = 0; from->around[d] != (int)(v >> 32); d++) continue;
+            to[k] = springls__contour_corner(d, (uint32_t)v);
+        }
+    }
+}
+
+/* Returns whether vertices of a new and a published contour are the same within the tolerance; phi that has moved by it has turned by up to
+   twice as much. */
+SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
+{
+    return now->key == before->key && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
+        && springls__length2(springls__sub(now->n, before->n)) <= 4.0f * tolerance * tolerance;
+}
+
+/* Keeps the published places of a group of `count` vertices, if there are as many and all agree. Returns whether that is so. */
+SPRINGLS__FN bool springls__keep_vertices(springls__contour_vertex *now, int count, const springls__contour_vertex *before, int published,
+                                          float tolerance)
+{
+    int k;
+    if (count != published) return false;
+    for (k = 0; k < count; k++)
+        if (!springls__vertices_agree(now + k, before + k, tolerance)) return false;
+    for (k = 0; k < count; k++) {
+        now[k].x = before[k].x;
+        now[k].n = before[k].n;
+        now[k].changed = 0;
+    }
+    return true;
+}
+
+/* Returns the first vertex from i on that is not of a group. */
+SPRINGLS__FN int springls__end_of_group(const springls__contour_vertex *vertex, int i, int end, uint32_t group)
+{
+    for (; i < end && springls__group_of_key(vertex[i].key) == group; i++) continue;
+    return i;
+}
+
+/* Publishes the vertices of a brick that are not within the tolerance of those that were published. */
+SPRINGLS__FN void springls__publish_contour_brick(const springls__contour_update *update, springls__contour_brick *now,
+                                                  const springls__contour_brick *before)
+{
+    springls__contour_vertex *vertex = update->after->vertex + now->first_vertex;
+    const springls__contour_vertex *old = before ? update->before->vertex + before->first_vertex : NULL;
+    int i, end, j = 0, old_end = 0;
+    now->changed = false;
+    for (i = 0; i < now->vertices; i = end) {
+        const uint32_t group = springls__group_of_key(vertex[i].key);
+        end = springls__end_of_group(vertex, i, now->vertices, group);
+        for (; before && j < before->vertices && springls__group_of_key(old[j].key) < group; j++) continue;
+        if (before) old_end = springls__end_of_group(old, j, before->vertices, group);
+        if (!before || !springls__keep_vertices(vertex + i, end - i, old + j, old_end - j, update->tolerance)) now->changed = true;
+        j = old_end;
+    }
+}
+
+/* Returns the published brick that a brick of the new contour replaces; NULL: none. */
+SPRINGLS__FN const springls__contour_brick *springls__brick_before(const springls_context *ctx, const springls__contour_update *update,
+                                                                   const springls__contour_brick *now)
+{
+    const int i = update->before->stale ? -1 : springls__find_contour_brick(ctx, update->before, now->at.at);
+    return i < 0 ? NULL : update->before->brick + i;
+}
+
+SPRINGLS__FN void springls__publish_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *now = update.after->brick + begin;
+        springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+    }
+}
+
+/* Returns whether a vertex of a brick's triangles has changed. */
+SPRINGLS__FN bool springls__has_changed_vertex(const springls_context *ctx, const springls__contour_store *store, int brick)
+{
+    const springls__contour_brick *of = store->brick + brick;
+    const uint32_t *corner = store->corner + 3 * (size_t)of->first_triangle;
+    int around[27], d, k;
+    bool some = false;
+    springls__contour_bricks_around(ctx, store, brick, around);
+    for (d = 0; d < 27; d++) some = some || (around[d] >= 0 && store->brick[around[d]].changed);
+    for (k = 0; some && k < 3 * of->triangles; k++)
+        if (store->brick[around[corner[k] >> 27]].changed && store->vertex[springls__vertex_of_corner(store, around, corner[k])].changed)
+            return true;
+    return false;
+}
+
+/* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
+SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *now = update.after->brick + begin;
+        const springls__contour_brick *before = springls__brick_before(c->ctx, &update, now);
+        if (!before || before->triangles != now->triangles
+            || memcmp(update.before->corner + 3 * (size_t)before->first_triangle, update.after->corner + 3 * (size_t)now->first_triangle,
+                      3 * (size_t)now->triangles * sizeof *update.after->corner) != 0
+            || springls__has_changed_vertex(c->ctx, update.after, begin))
+            now->dirty = true;
+    }
+}
+
+/* ---- the new contour's arrays ---- */
+
+SPRINGLS__FN springls_status springls__reserve_contour(springls_context *ctx, springls__contour_store *store)
+{
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->brick_memory, (size_t)store->bricks + 1, sizeof *store->brick, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->vertex_memory, (size_t)store->vertices + 1, sizeof *store->vertex, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->corner_memory, 3 * (size_t)store->triangles + 1, sizeof *store->corner, 0));
+    store->brick = (springls__contour_brick *)store->brick_memory.data;
+    store->vertex = (springls__contour_vertex *)store->vertex_memory.data;
+    store->corner = (uint32_t *)store->corner_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Makes room for what the update has for each brick of the table and each vertex. */
+SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *ctx, springls__contour_chunks *c)
+{
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->of_table_memory, (size_t)ctx->surface_bricks + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_key_memory, (size_t)ctx->surface_vertices + 1, sizeof(uint64_t), 0));
+    c->of_table = (int *)c->of_table_memory.data;
+    c->vertex_key = (uint64_t *)c->vertex_key_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Lists the bricks of the new contour: those of the table with vertices, triangles or springls. of_table: vertices of bricks of the table,
+   then their bricks. */
+SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx, springls__contour_chunks *c)
+{
+    const springls__kept_table table = springls__kept_table_of(ctx);
+    springls__contour_store *store = &c->store[1 - c->now];
+    int i, axis, n = 0;
+    store->bricks = ctx->surface_bricks;
+    store->vertices = ctx->surface_vertices;
+    store->triangles = ctx->surface_triangles;
+    store->stale = false;
+    memcpy(store->window, ctx->window.offset, sizeof store->window);
+    SPRINGLS__TRY(springls__reserve_contour(ctx, store));
+    for (i = 0; i < ctx->surface_bricks; i++) {
+        springls__contour_brick *brick = store->brick + n++;
+        memset(brick, 0, sizeof *brick);
+        for (axis = 0; axis < 3; axis++) brick->at.at[axis] = (table.brick[i].origin[axis] + store->window[axis]) / SPRINGLS__BRICK;
+        brick->chunk = springls__chunk_of_place(ctx, brick->at.at);
+        brick->table = i;
+        brick->vertices = c->of_table[i];
+        brick->triangles = table.brick[i].triangles;
+    }
+    qsort(store->brick, (size_t)n, sizeof *store->brick, springls__compare_contour_bricks);
+    store->vertices = store->triangles = 0;
+    for (i = 0; i < n; i++) {
+        store->brick[i].first_vertex = store->vertices;
+        store->brick[i].first_triangle = store->triangles;
+        store->vertices += store->brick[i].vertices;
+        store->triangles += store->brick[i].triangles;
+        c->of_table[store->brick[i].table] = i;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- chunks ---- */
+
+/* Returns the end of the bricks that belong to the chunk of brick i; their triangles: how many they have. */
+SPRINGLS__FN int springls__end_of_chunk(const springls__contour_store *store, int i, int *triangles, bool *dirty)
+{
+    const int *chunk = store->brick[i].chunk.at;
+    *triangles = 0;
+    *dirty = false;
+    for (; i < store->bricks && springls__compare_places(store->brick[i].chunk.at, chunk) == 0; i++) {
+        *triangles += store->brick[i].triangles;
+        *dirty = *dirty || store->brick[i].dirty;
+    }
+    return i;
+}
+
+/* Lists the chunks that differ, without arrays, in the order of their bricks: those that are dirty or have other triangles, and those that
+   have none any more. */
+SPRINGLS__FN int springls__list_contour_chunks(const springls__contour_chunks *c, springls_chunk *chunk)
+{
+    const springls__contour_store *before = &c->store[c->now], *after = &c->store[1 - c->now];
+    int i = 0, j = 0, n = 0;
+    while (i < before->bricks || j < after->bricks) {
+        const int order = i == before->bricks ? 1 : j == after->bricks ? -1
+                        : springls__compare_places(before->brick[i].chunk.at, after->brick[j].chunk.at);
+        const int *place = order < 0 ? before->brick[i].chunk.at : after->brick[j].chunk.at;
+        const int first = j;
+        int had = 0, has = 0;
+        bool dirty = false, unused;
+        if (order <= 0) i = springls__end_of_chunk(before, i, &had, &unused);
+        if (order >= 0) j = springls__end_of_chunk(after, j, &has, &dirty);
+        if (had == 0 && has == 0) continue;
+        if (had == has && !dirty) continue;
+        memset(&chunk[n], 0, sizeof chunk[n]);
+        memcpy(chunk[n].brick, place, sizeof chunk[n].brick);
+        c->first_brick[n] = first;
+        c->brick_count[n++] = j - first;
+    }
+    return n;
+}
+
+/* Makes room for the list of chunks and for what is known of each. */
+SPRINGLS__FN springls_status springls__reserve_contour_chunks(springls_context *ctx, springls__contour_chunks *c,
+                                                              springls__buffer *chunk_memory)
+{
+    const size_t most = (size_t)c->store[0].bricks + (size_t)c->store[1].bricks, corners = 3 * (size_t)c->store[1 - c->now].triangles;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, chunk_memory, most + 1, sizeof(springls_chunk), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->first_brick_memory, 2 * most + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->order_memory, corners + 1, sizeof(uint64_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->used_memory, 2 * corners + 1, sizeof(int), 0));
+    c->first_brick = (int *)c->first_brick_memory.data;
+    c->brick_count = c->first_brick + most;
+    c->order = (uint64_t *)c->order_memory.data;
+    c->used = (int *)c->used_memory.data;
+    c->number = c->used + corners;
+    return SPRINGLS_OK;
+}
+
+/* Finds the vertices of a chunk, by their order in the contour, and the numbers of its corners among them. Counts both. */
+SPRINGLS__FN void springls__number_chunk(const springls_context *ctx, springls__contour_chunks *c, int first, int bricks,
+                                         springls_chunk *chunk)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    int around[27], i, k, corners = 0, begin;
+    if (bricks == 0) return;
+    begin = 3 * store->brick[first].first_triangle;
+    for (i = first; i < first + bricks; i++) {
+        const springls__contour_brick *brick = store->brick + i;
+        if (brick->triangles == 0) continue;
+        springls__contour_bricks_around(ctx, store, i, around);
+        for (k = 0; k < 3 * brick->triangles; k++, corners++)
+            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(store, around, store->corner[begin + corners]) << 32
+                                      | (uint32_t)corners;
+    }
+    springls__sort_keys(c->order + begin, (size_t)corners);
+    for (k = 0; k < corners; k++) {
+        const uint64_t key = c->order[begin + k];
+        if (k == 0 || key >> 32 != c->order[begin + k - 1] >> 32) c->used[begin + chunk->vertex_count++] = (int)(key >> 32);
+        c->number[begin + (int)(uint32_t)key] = chunk->vertex_count - 1;
+    }
+    chunk->triangle_count = corners / 3;
+}
+
+/* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
+SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
+                                                   int vertex)
+{
+    int springl = v->springl;
+    springls__v3 a = v->x;
+    if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+    if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
+    springls__window_to_world(springl < 0 ? &ctx->window : &ctx->original_window, a, chunk->correspondences + 3 * vertex);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Fills the arrays of a chunk that springls__number_chunk has counted. */
+SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, const springls__contour_chunks *c, int first,
+                                               springls_chunk *chunk)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    const size_t begin = 3 * (size_t)store->brick[first].first_triangle;
+    const bool mirrored = springls__is_mirrored(ctx);
+    int i, k;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const springls__contour_vertex *v = store->vertex + c->used[begin + (size_t)i];
+        const springls__v3 n = springls__normal_to_world(ctx, v->n);
+        springls__voxel_to_world(ctx, v->x, chunk->positions + 3 * i);
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        if (chunk->correspondences) springls__write_contour_material(ctx, v, chunk, i);
+    }
+    for (i = 0; i < chunk->triangle_count; i++)
+        for (k = 0; k < 3; k++) /* counter-clockwise seen from outside */
+            chunk->triangles[3 * i + (mirrored && k ? 3 - k : k)] = (uint16_t)c->number[begin + (size_t)(3 * i + k)];
+}
+
+/* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
+/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed; contour_chunks.h does so for the mesh of
+   what springls hold. Each consumer has a published
+   level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
+   from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
+
 /* What springls_chunks_begin and _continue have done so far. */
 typedef enum springls__chunks_state {
     SPRINGLS__CHUNKS_IDLE,
     SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; begins again where ctx->step has been dropped or is another's */
     SPRINGLS__CHUNKS_READY
 } springls__chunks_state;
-
-/* A brick of the lattice, counted in bricks. */
-typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
@@ -27034,6 +27691,7 @@ struct springls_chunks {
     int listed, count;                     /* bricks of list, chunks                                                   */
     bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
     springls__chunks_state state;
+    springls__contour_chunks contours;     /* what is published of what springls hold, instead of phi                  */
     springls__buffer plane_memory, top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
     springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
@@ -27046,6 +27704,7 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
                                           &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__contour_chunks_free(ctx, &c->contours);
     springls__release(ctx, c, sizeof *c);
 }
 
@@ -27182,7 +27841,8 @@ SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, spri
     int bricks[3], axis, i, n = c->left_count;
     const int count = (int)springls__entry_count(&c->published);
     springls__keep_grid(&ctx->model.grid, &groups, springls__unmoved);
-    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0
+        && c->left_count == 0)
         return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
@@ -27354,63 +28014,12 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
             c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
-/* Returns a hash of the attributes of springl i. */
-SPRINGLS__FN uint64_t springls__hash_attributes(const springls_context *ctx, int i)
+/* Returns the published slot of a place; -1: it has none. */
+SPRINGLS__FN int springls__signature_slot(const springls_context *ctx, const springls_chunks *c, springls__v3 p)
 {
-    uint64_t hash = (uint64_t)ctx->model.set.id[i] * 0x9e3779b97f4a7c15u + 1u;
-    int a, c;
-    for (a = 0; a < ctx->attribute_count; a++) {
-        const springls__attribute *attribute = &ctx->attributes[a];
-        const float *values = springls__values_of(attribute, i);
-        for (c = 0; c < attribute->channels; c++) {
-            uint32_t bits;
-            memcpy(&bits, values + c, sizeof bits);
-            hash = (hash ^ bits) * 0xff51afd7ed558ccdu;
-            hash ^= hash >> 29;
-        }
-    }
-    return hash;
-}
-
-/* Adds a hash of attributes to the signatures of the bricks around p whose vertices springls__mesh_attribute may find there. */
-SPRINGLS__FN void springls__add_values(const springls_chunks *c, springls__v3 p, uint64_t hash, springls__brick_signature *signature)
-{
-    const float reach = 2.5f; /* voxels: sources of an interpolation (interpolation.h) */
-    int last = -1, k;
-    for (k = 0; k < 8; k++) {
-        const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
-        const int slot = springls__slot_of_place(&c->published, springls__add(p, corner));
-        if (slot < SPRINGLS__FIRST_SLOT || slot == last) continue;
-        signature[slot].values += hash; /* a brick that two corners lie in has it twice, each time */
-        last = slot;
-    }
-}
-
-/* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
-SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
-                                               springls__brick_signature *signature)
-{
-    int i;
-    memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 p = ctx->model.set.s[i].p;
-        springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
-        sum->ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
-        sum->particles = springls__add(sum->particles, p);
-        sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
-        sum->count++;
-        if (ctx->attribute_count) springls__add_values(c, p, springls__hash_attributes(ctx, i), signature);
-    }
-}
-
-/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
-SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
-                                             float tolerance)
-{
-    float limit = tolerance * (float)now->count;
-    return now->ids == before->ids && now->values == before->values
-        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
-        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+    const int slot = springls__slot_of_place(&c->published, p);
+    (void)ctx;
+    return slot < SPRINGLS__FIRST_SLOT ? -1 : slot;
 }
 
 /* Marks as dirty the bricks whose springls have changed since they were meshed. */
@@ -27420,7 +28029,7 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
     int slot;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->published.slot_count));
     now = springls__brick_signatures(&ctx->model);
-    springls__collect_signatures(ctx, c, now);
+    springls__collect_signatures(ctx, c, springls__signature_slot, c->published.slot_count, now);
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->published.slot_count; slot++) {
         if (c->published.slot_brick[slot] < 0) continue;
         if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
@@ -27687,7 +28296,8 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     for (i = 0; i < c->count; i++) {
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])]) c->chunk[n++] = c->chunk[i];
+        if (c->contours.in_use || c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])])
+            c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
@@ -27735,6 +28345,177 @@ SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
     qsort(c->chunk, (size_t)c->count, sizeof *c->chunk, springls__compare_chunks);
 }
 
+/* ---- an update of chunks of what springls hold ---- */
+
+/* Takes the consumer's chunks of the zero level as bricks of a contour that has gone. */
+SPRINGLS__FN springls_status springls__change_to_contours(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[c->contours.now];
+    const int entries = (int)springls__entry_count(&c->published);
+    int i, count = c->left_count;
+    if (c->contours.in_use) return SPRINGLS_OK;
+    for (i = 0; i < entries; i++) count += c->has_mesh[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->brick_memory, (size_t)count + 1, sizeof *store->brick, 0));
+    store->brick = (springls__contour_brick *)store->brick_memory.data;
+    memset(store->brick, 0, (size_t)count * sizeof *store->brick);
+    for (store->bricks = 0; store->bricks < c->left_count; store->bricks++) store->brick[store->bricks].chunk = c->left[store->bricks];
+    for (i = 0; i < entries; i++)
+        if (c->has_mesh[i]) store->brick[store->bricks++].chunk = springls__lattice_place(c, i);
+    for (i = 0; i < store->bricks; i++) store->brick[i].triangles = 1;
+    qsort(store->brick, (size_t)store->bricks, sizeof *store->brick, springls__compare_contour_bricks);
+    store->stale = true;
+    memset(c->has_mesh, 0, (size_t)entries);
+    c->left_count = 0;
+    c->contours.in_use = true;
+    return SPRINGLS_OK;
+}
+
+/* Takes the consumer's chunks of what springls hold as bricks with a mesh that the window has left behind. */
+SPRINGLS__FN springls_status springls__change_to_level_set(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[c->contours.now];
+    int i;
+    if (!c->contours.in_use) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)store->bricks + 1, sizeof *c->left, 0));
+    c->left = (springls__lattice_brick *)c->left_memory.data;
+    for (i = c->left_count = 0; i < store->bricks; i++)
+        if (store->brick[i].triangles > 0 && (c->left_count == 0
+            || springls__compare_places(c->left[c->left_count - 1].at, store->brick[i].chunk.at) != 0))
+            c->left[c->left_count++] = store->brick[i].chunk;
+    store->bricks = 0;
+    c->publishing = true; /* all are meshed again */
+    c->contours.in_use = false;
+    return SPRINGLS_OK;
+}
+
+/* Returns the brick of the new contour that a place is in; -1: there is none. */
+SPRINGLS__FN int springls__signature_brick(const springls_context *ctx, const springls_chunks *c, springls__v3 p)
+{
+    int at[3], axis;
+    springls__voxel_of_place(&ctx->model.grid, p, at);
+    for (axis = 0; axis < 3; axis++) at[axis] = (at[axis] >> 3) + ctx->window.offset[axis] / SPRINGLS__BRICK;
+    return springls__find_contour_brick(ctx, &c->contours.store[1 - c->contours.now], at);
+}
+
+/* Marks as dirty the bricks whose springls have changed since they were meshed. */
+SPRINGLS__FN springls_status springls__mark_moved_contours(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[1 - c->contours.now];
+    const springls__contour_update update = springls__contour_update_of(&c->contours);
+    springls__brick_signature *now;
+    int i;
+    if (!c->desc.correspondences) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, store->bricks));
+    now = springls__brick_signatures(&ctx->model);
+    springls__collect_signatures(ctx, c, springls__signature_brick, store->bricks, now);
+    for (i = 0; i < store->bricks; i++) {
+        const springls__contour_brick *before = springls__brick_before(ctx, &update, &store->brick[i]);
+        const bool agree = before && springls__signatures_agree(&now[i], &before->signature, c->desc.tolerance);
+        store->brick[i].signature = agree ? before->signature : now[i];
+        if (!agree) store->brick[i].dirty = true;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__number_chunk_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++)
+        springls__number_chunk(ctx, &c->contours, c->contours.first_brick[begin], c->contours.brick_count[begin], &c->chunk[begin]);
+}
+
+SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++)
+        if (c->chunk[begin].triangle_count > 0)
+            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
+}
+
+/* Fails where a chunk has more vertices than 16 bits can number. */
+SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const springls_chunks *c)
+{
+    int i;
+    for (i = 0; i < c->count; i++)
+        if (c->chunk[i].vertex_count > UINT16_MAX)
+            return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks: a chunk has %d vertices", c->chunk[i].vertex_count);
+    return SPRINGLS_OK;
+}
+
+/* Makes the mesh of what springls hold. */
+SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
+{
+    ctx->on_device = false;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__refresh_surface_mesh(ctx);
+}
+
+enum {
+    SPRINGLS__CONTOURS_COUNT,
+    SPRINGLS__CONTOURS_FILL,
+    SPRINGLS__CONTOURS_CORNERS,
+    SPRINGLS__CONTOURS_PUBLISH,
+    SPRINGLS__CONTOURS_COMPARE,
+    SPRINGLS__CONTOURS_NUMBER,
+    SPRINGLS__CONTOURS_FILL_CHUNKS,
+    SPRINGLS__CONTOURS_FILLED
+};
+
+/* Publishes what has changed of what springls hold, and meshes it: writes c->chunk. The published contour stays until the consumer has
+   received the list. */
+SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    springls__contour_chunks *contours = &c->contours;
+    const int bricks = contours->store[1 - contours->now].bricks;
+    switch (ctx->work.phase) {
+    case SPRINGLS__CONTOURS_COUNT:
+        SPRINGLS__TRY(springls__change_to_contours(ctx, c));
+        if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
+            contours->store[contours->now].stale = true;
+        contours->ctx = ctx;
+        contours->tolerance = c->desc.tolerance;
+        SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
+        springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);
+    case SPRINGLS__CONTOURS_FILL:
+        SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
+        springls__loop_over(ctx, contours->store[1 - contours->now].bricks, 16, 0, springls__fill_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_CORNERS);
+    case SPRINGLS__CONTOURS_CORNERS:
+        springls__loop_over(ctx, bricks, 16, 0, springls__fill_corners_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_PUBLISH);
+    case SPRINGLS__CONTOURS_PUBLISH:
+        SPRINGLS__TRY(springls__mark_moved_contours(ctx, c));
+        springls__loop_over(ctx, bricks, 16, 0, springls__publish_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_COMPARE);
+    case SPRINGLS__CONTOURS_COMPARE:
+        springls__loop_over(ctx, bricks, 16, 0, springls__compare_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_NUMBER);
+    case SPRINGLS__CONTOURS_NUMBER:
+        SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, contours, &c->chunk_memory));
+        c->chunk = (springls_chunk *)c->chunk_memory.data;
+        c->count = springls__list_contour_chunks(contours, c->chunk);
+        springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL_CHUNKS);
+    case SPRINGLS__CONTOURS_FILL_CHUNKS:
+        SPRINGLS__TRY(springls__numbers_fit(ctx, c));
+        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILLED);
+    case SPRINGLS__CONTOURS_FILLED:
+    default:
+        c->state = SPRINGLS__CHUNKS_READY;
+        ctx->step.active = false;
+        return SPRINGLS_OK;
+    }
+}
+
 /* ---- an update: what is in progress (ctx->step) instead of a step ---- */
 
 /* Marks as dirty all bricks with values. */
@@ -27756,6 +28537,7 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     switch (ctx->work.phase) {
     case SPRINGLS__CHUNKS_PUBLISH:
         SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
         SPRINGLS__TRY(springls__chunks_follow(ctx, c));
         if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
         if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
@@ -27792,6 +28574,8 @@ static const springls__step_entry springls__chunks_update[] = {
     { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
     { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
     { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__make_contour },
+    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__update_contours },
     { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
 };
 
@@ -27808,7 +28592,7 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
 /* Begins an update. No step is in progress. */
 SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks *chunks)
 {
-    if (chunks->state == SPRINGLS__CHUNKS_READY) springls__list_again(chunks);
+    if (chunks->state == SPRINGLS__CHUNKS_READY && !chunks->contours.in_use) springls__list_again(chunks);
     memset(&ctx->step, 0, sizeof ctx->step);
     memset(&ctx->work, 0, sizeof ctx->work);
     ctx->step.next = springls__chunks_update;
@@ -27872,7 +28656,8 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
     }
     if (status != SPRINGLS_OK) chunks->state = SPRINGLS__CHUNKS_IDLE;
     if (chunks->state != SPRINGLS__CHUNKS_READY) return status;
-    springls__name_chunks(chunks);
+    if (chunks->contours.in_use) chunks->contours.now = 1 - chunks->contours.now; /* the consumer has it now */
+    else springls__name_chunks(chunks);
     *changed = chunks->chunk;
     *count = chunks->count;
     chunks->state = SPRINGLS__CHUNKS_IDLE;
@@ -31972,7 +32757,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1083 \"springls.h\"\n",
+    "#line 1086 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -32086,7 +32871,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2233 \"springls.h\"\n",
+    "#line 2238 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -32202,7 +32987,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2350 \"springls.h\"\n",
+    "#line 2355 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -32224,7 +33009,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2373 \"springls.h\"\n",
+    "#line 2378 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32239,7 +33024,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2389 \"springls.h\"\n",
+    "#line 2394 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -32363,7 +33148,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2513 \"springls.h\"\n",
+    "#line 2518 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -32433,7 +33218,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2584 \"springls.h\"\n",
+    "#line 2589 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -32653,7 +33438,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2805 \"springls.h\"\n",
+    "#line 2810 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32668,7 +33453,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2820 \"springls.h\"\n",
+    "#line 2825 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -32792,14 +33577,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2944 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2952 \"springls.h\"\n",
+    "#line 2957 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -32925,7 +33710,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3079 \"springls.h\"\n",
+    "#line 3084 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -32980,7 +33765,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3135 \"springls.h\"\n",
+    "#line 3140 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -33069,7 +33854,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3225 \"springls.h\"\n",
+    "#line 3230 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -33081,7 +33866,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3237 \"springls.h\"\n",
+    "#line 3242 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33096,7 +33881,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3253 \"springls.h\"\n",
+    "#line 3258 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -33140,7 +33925,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3297 \"springls.h\"\n",
+    "#line 3302 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33155,7 +33940,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3312 \"springls.h\"\n",
+    "#line 3317 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -33199,7 +33984,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3356 \"springls.h\"\n",
+    "#line 3361 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -33278,7 +34063,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3435 \"springls.h\"\n",
+    "#line 3440 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33293,7 +34078,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3451 \"springls.h\"\n",
+    "#line 3456 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -33360,7 +34145,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3518 \"springls.h\"\n",
+    "#line 3523 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33375,7 +34160,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3533 \"springls.h\"\n",
+    "#line 3538 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -33442,7 +34227,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3601 \"springls.h\"\n",
+    "#line 3606 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -33823,7 +34608,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3983 \"springls.h\"\n",
+    "#line 3988 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -34527,7 +35312,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4688 \"springls.h\"\n",
+    "#line 4693 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -34787,7 +35572,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4949 \"springls.h\"\n",
+    "#line 4954 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -34989,7 +35774,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5152 \"springls.h\"\n",
+    "#line 5157 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -35106,7 +35891,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5270 \"springls.h\"\n",
+    "#line 5275 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -35303,7 +36088,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5467 \"springls.h\"\n",
+    "#line 5472 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35318,7 +36103,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5483 \"springls.h\"\n",
+    "#line 5488 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35512,7 +36297,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5677 \"springls.h\"\n",
+    "#line 5682 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35527,7 +36312,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5692 \"springls.h\"\n",
+    "#line 5697 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -35721,7 +36506,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6489 \"springls.h\"\n",
+    "#line 6494 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -36121,7 +36906,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6890 \"springls.h\"\n",
+    "#line 6895 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -36147,7 +36932,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6917 \"springls.h\"\n",
+    "#line 6922 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -36235,7 +37020,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7006 \"springls.h\"\n",
+    "#line 7011 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -36375,7 +37160,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7147 \"springls.h\"\n",
+    "#line 7152 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -36480,7 +37265,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7253 \"springls.h\"\n",
+    "#line 7258 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -36712,7 +37497,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7486 \"springls.h\"\n",
+    "#line 7491 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -36742,7 +37527,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7516 \"springls.h\"\n",
+    "#line 7521 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36757,7 +37542,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7532 \"springls.h\"\n",
+    "#line 7537 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -36926,7 +37711,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7701 \"springls.h\"\n",
+    "#line 7706 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36941,7 +37726,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7716 \"springls.h\"\n",
+    "#line 7721 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37110,7 +37895,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7885 \"springls.h\"\n",
+    "#line 7890 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -37164,7 +37949,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7940 \"springls.h\"\n",
+    "#line 7945 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -37190,7 +37975,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7966 \"springls.h\"\n",
+    "#line 7971 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37205,7 +37990,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7982 \"springls.h\"\n",
+    "#line 7987 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -37288,7 +38073,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8065 \"springls.h\"\n",
+    "#line 8070 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37303,7 +38088,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8080 \"springls.h\"\n",
+    "#line 8085 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -37386,7 +38171,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8163 \"springls.h\"\n",
+    "#line 8168 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -37460,7 +38245,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8238 \"springls.h\"\n",
+    "#line 8243 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -38013,7 +38798,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8792 \"springls.h\"\n",
+    "#line 8797 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -38109,7 +38894,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8889 \"springls.h\"\n",
+    "#line 8894 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -38230,7 +39015,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9011 \"springls.h\"\n",
+    "#line 9016 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -38511,7 +39296,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9293 \"springls.h\"\n",
+    "#line 9298 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -38597,7 +39382,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9380 \"springls.h\"\n",
+    "#line 9385 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -38740,7 +39525,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9524 \"springls.h\"\n",
+    "#line 9529 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -38929,7 +39714,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9714 \"springls.h\"\n",
+    "#line 9719 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -39054,7 +39839,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9840 \"springls.h\"\n",
+    "#line 9845 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -39088,7 +39873,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9875 \"springls.h\"\n",
+    "#line 9880 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -39626,7 +40411,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10414 \"springls.h\"\n",
+    "#line 10419 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -39776,7 +40561,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10565 \"springls.h\"\n",
+    "#line 10570 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -39854,7 +40639,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10644 \"springls.h\"\n",
+    "#line 10649 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -40103,7 +40888,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10894 \"springls.h\"\n",
+    "#line 10899 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -40328,7 +41113,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11120 \"springls.h\"\n",
+    "#line 11125 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -40432,7 +41217,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11225 \"springls.h\"\n",
+    "#line 11230 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -40529,7 +41314,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11323 \"springls.h\"\n",
+    "#line 11328 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -41067,7 +41852,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11862 \"springls.h\"\n",
+    "#line 11867 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -41100,7 +41885,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11896 \"springls.h\"\n",
+    "#line 11901 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -41125,14 +41910,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11922 \"springls.h\"\n",
+    "#line 11927 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11929 \"springls.h\"\n",
+    "#line 11934 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41147,7 +41932,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11945 \"springls.h\"\n",
+    "#line 11950 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -41273,7 +42058,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12071 \"springls.h\"\n",
+    "#line 12076 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41288,7 +42073,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12086 \"springls.h\"\n",
+    "#line 12091 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -41414,7 +42199,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12213 \"springls.h\"\n",
+    "#line 12218 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -41706,7 +42491,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12506 \"springls.h\"\n",
+    "#line 12511 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -41841,7 +42626,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 16969 \"springls.h\"\n",
+    "#line 16974 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -42869,7 +43654,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 17998 \"springls.h\"\n",
+    "#line 18003 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -43455,7 +44240,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18585 \"springls.h\"\n",
+    "#line 18590 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44051,7 +44836,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44055 \"springls.h\"\n",
+    "#line 44840 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

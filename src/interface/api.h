@@ -712,25 +712,27 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 /* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
-   the vertices that they share, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the watertight surface (params.contouring), the part in one brick of 8^3 voxels, as a mesh of its own.
+   Neighbouring chunks repeat the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* its marching cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
+    int brick[3];            /* its cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
                                 border. It names the same place when the grid has moved (springls_desc.follow)      */
     int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
     float *positions;        /* 3 a vertex, world                                                                   */
     float *normals;          /* 3 a vertex, unit, outward                                                           */
     float *correspondences;  /* 3 a vertex, world; NULL without desc.correspondences                                */
-    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX when none is within a voxel; NULL
-                                without desc.correspondences                                                        */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, or of the one that counts most there where the mesh
+                                is of what springls hold; UINT32_MAX when none is within a voxel; NULL without
+                                desc.correspondences                                                                */
     uint16_t *triangles;     /* 3 a triangle: indices of this chunk's vertices, counter-clockwise seen from outside */
 } springls_chunk;
 
 /* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
-    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
-                             negative: none, and the chunks are the zero level's mesh (params.contouring) to the bit. Springls at rest
-                             relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
+    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more, or a vertex of what
+                             springls hold (params.contouring) has moved by more; 0: 0.05; negative: none, and the chunks are
+                             the mesh of springls_extract_mesh to the bit. Springls at rest relax by some 0.001 voxel a step,
+                             so that without a tolerance all chunks change                                           */
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
                              changed, too, when the attributes of its springls have                                  */
 } springls_chunks_desc;
@@ -746,8 +748,8 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
-   triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
-   the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
+   triangles. Whatever happened in between (steps, inputs, restore, another params.contouring), the consumer's chunks then are the
+   watertight surface, within the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
    have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count);

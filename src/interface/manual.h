@@ -325,7 +325,7 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _measure, _closest, _raycast and _sample_inside show what the springls hold.
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls hold.
    Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
    and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
    voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
@@ -340,13 +340,14 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh.
+   springls_sample_inside follow the same mesh. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
+   the grid has it more than the tolerance away, and only chunks with other triangles or with vertices that moved are listed.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its
    end, with volume_lock once more for each correction. There a change of contouring ends the step in progress, and components are found
-   anew. Chunks and distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact
-   use phi too, since they change the model.
+   anew. Distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact use phi too,
+   since they change the model.
 
 
    MOTION FROM OUTSIDE
@@ -571,11 +572,11 @@
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock, components and the mesh of what springls hold are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
-   springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
+   springls_chunks lists which bricks of the surface have changed. springls_snapshot and springls_restore go back to an
    earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
    springls_snapshot_patch makes the snapshot again.
 

@@ -1,4 +1,5 @@
-/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
+/* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed; contour_chunks.h does so for the mesh of
+   what springls hold. Each consumer has a published
    level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
    from it, so two neighbors share the bits of their common vertices, whenever either was meshed. */
 #ifndef SPRINGLS__OUTPUT_CHUNKS_H
@@ -16,16 +17,10 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 #include "../stages/window.h"
+#include "../stages/surface_parts.h"
 #include "chunk_material.h"
-
-/* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
-   that correspondences have moved along the surface. */
-typedef struct springls__brick_signature {
-    uint64_t ids;
-    uint64_t values; /* of attributes, of the springls that vertices of the brick may show */
-    springls__v3 particles, correspondences;
-    int count;
-} springls__brick_signature;
+#include "chunk_signature.h"
+#include "contour_chunks.h"
 
 /* What springls_chunks_begin and _continue have done so far. */
 typedef enum springls__chunks_state {
@@ -33,9 +28,6 @@ typedef enum springls__chunks_state {
     SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; begins again where ctx->step has been dropped or is another's */
     SPRINGLS__CHUNKS_READY
 } springls__chunks_state;
-
-/* A brick of the lattice, counted in bricks. */
-typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
@@ -51,6 +43,7 @@ struct springls_chunks {
     int listed, count;                     /* bricks of list, chunks                                                   */
     bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
     springls__chunks_state state;
+    springls__contour_chunks contours;     /* what is published of what springls hold, instead of phi                  */
     springls__buffer plane_memory, top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
     springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
@@ -63,6 +56,7 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
                                           &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__contour_chunks_free(ctx, &c->contours);
     springls__release(ctx, c, sizeof *c);
 }
 
@@ -199,7 +193,8 @@ SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, spri
     int bricks[3], axis, i, n = c->left_count;
     const int count = (int)springls__entry_count(&c->published);
     springls__keep_grid(&ctx->model.grid, &groups, springls__unmoved);
-    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0
+        && c->left_count == 0)
         return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
@@ -371,63 +366,12 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
             c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
-/* Returns a hash of the attributes of springl i. */
-SPRINGLS__FN uint64_t springls__hash_attributes(const springls_context *ctx, int i)
+/* Returns the published slot of a place; -1: it has none. */
+SPRINGLS__FN int springls__signature_slot(const springls_context *ctx, const springls_chunks *c, springls__v3 p)
 {
-    uint64_t hash = (uint64_t)ctx->model.set.id[i] * 0x9e3779b97f4a7c15u + 1u;
-    int a, c;
-    for (a = 0; a < ctx->attribute_count; a++) {
-        const springls__attribute *attribute = &ctx->attributes[a];
-        const float *values = springls__values_of(attribute, i);
-        for (c = 0; c < attribute->channels; c++) {
-            uint32_t bits;
-            memcpy(&bits, values + c, sizeof bits);
-            hash = (hash ^ bits) * 0xff51afd7ed558ccdu;
-            hash ^= hash >> 29;
-        }
-    }
-    return hash;
-}
-
-/* Adds a hash of attributes to the signatures of the bricks around p whose vertices springls__mesh_attribute may find there. */
-SPRINGLS__FN void springls__add_values(const springls_chunks *c, springls__v3 p, uint64_t hash, springls__brick_signature *signature)
-{
-    const float reach = 2.5f; /* voxels: sources of an interpolation (interpolation.h) */
-    int last = -1, k;
-    for (k = 0; k < 8; k++) {
-        const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
-        const int slot = springls__slot_of_place(&c->published, springls__add(p, corner));
-        if (slot < SPRINGLS__FIRST_SLOT || slot == last) continue;
-        signature[slot].values += hash; /* a brick that two corners lie in has it twice, each time */
-        last = slot;
-    }
-}
-
-/* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
-SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
-                                               springls__brick_signature *signature)
-{
-    int i;
-    memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 p = ctx->model.set.s[i].p;
-        springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
-        sum->ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
-        sum->particles = springls__add(sum->particles, p);
-        sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
-        sum->count++;
-        if (ctx->attribute_count) springls__add_values(c, p, springls__hash_attributes(ctx, i), signature);
-    }
-}
-
-/* Returns whether the ids are the same and the mean p and a differ by at most the tolerance, voxels. */
-SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *now, const springls__brick_signature *before,
-                                             float tolerance)
-{
-    float limit = tolerance * (float)now->count;
-    return now->ids == before->ids && now->values == before->values
-        && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
-        && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
+    const int slot = springls__slot_of_place(&c->published, p);
+    (void)ctx;
+    return slot < SPRINGLS__FIRST_SLOT ? -1 : slot;
 }
 
 /* Marks as dirty the bricks whose springls have changed since they were meshed. */
@@ -437,7 +381,7 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
     int slot;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, c->published.slot_count));
     now = springls__brick_signatures(&ctx->model);
-    springls__collect_signatures(ctx, c, now);
+    springls__collect_signatures(ctx, c, springls__signature_slot, c->published.slot_count, now);
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->published.slot_count; slot++) {
         if (c->published.slot_brick[slot] < 0) continue;
         if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
@@ -704,7 +648,8 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     for (i = 0; i < c->count; i++) {
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])]) c->chunk[n++] = c->chunk[i];
+        if (c->contours.in_use || c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])])
+            c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
@@ -752,6 +697,177 @@ SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
     qsort(c->chunk, (size_t)c->count, sizeof *c->chunk, springls__compare_chunks);
 }
 
+/* ---- an update of chunks of what springls hold ---- */
+
+/* Takes the consumer's chunks of the zero level as bricks of a contour that has gone. */
+SPRINGLS__FN springls_status springls__change_to_contours(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[c->contours.now];
+    const int entries = (int)springls__entry_count(&c->published);
+    int i, count = c->left_count;
+    if (c->contours.in_use) return SPRINGLS_OK;
+    for (i = 0; i < entries; i++) count += c->has_mesh[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->brick_memory, (size_t)count + 1, sizeof *store->brick, 0));
+    store->brick = (springls__contour_brick *)store->brick_memory.data;
+    memset(store->brick, 0, (size_t)count * sizeof *store->brick);
+    for (store->bricks = 0; store->bricks < c->left_count; store->bricks++) store->brick[store->bricks].chunk = c->left[store->bricks];
+    for (i = 0; i < entries; i++)
+        if (c->has_mesh[i]) store->brick[store->bricks++].chunk = springls__lattice_place(c, i);
+    for (i = 0; i < store->bricks; i++) store->brick[i].triangles = 1;
+    qsort(store->brick, (size_t)store->bricks, sizeof *store->brick, springls__compare_contour_bricks);
+    store->stale = true;
+    memset(c->has_mesh, 0, (size_t)entries);
+    c->left_count = 0;
+    c->contours.in_use = true;
+    return SPRINGLS_OK;
+}
+
+/* Takes the consumer's chunks of what springls hold as bricks with a mesh that the window has left behind. */
+SPRINGLS__FN springls_status springls__change_to_level_set(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[c->contours.now];
+    int i;
+    if (!c->contours.in_use) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)store->bricks + 1, sizeof *c->left, 0));
+    c->left = (springls__lattice_brick *)c->left_memory.data;
+    for (i = c->left_count = 0; i < store->bricks; i++)
+        if (store->brick[i].triangles > 0 && (c->left_count == 0
+            || springls__compare_places(c->left[c->left_count - 1].at, store->brick[i].chunk.at) != 0))
+            c->left[c->left_count++] = store->brick[i].chunk;
+    store->bricks = 0;
+    c->publishing = true; /* all are meshed again */
+    c->contours.in_use = false;
+    return SPRINGLS_OK;
+}
+
+/* Returns the brick of the new contour that a place is in; -1: there is none. */
+SPRINGLS__FN int springls__signature_brick(const springls_context *ctx, const springls_chunks *c, springls__v3 p)
+{
+    int at[3], axis;
+    springls__voxel_of_place(&ctx->model.grid, p, at);
+    for (axis = 0; axis < 3; axis++) at[axis] = (at[axis] >> 3) + ctx->window.offset[axis] / SPRINGLS__BRICK;
+    return springls__find_contour_brick(ctx, &c->contours.store[1 - c->contours.now], at);
+}
+
+/* Marks as dirty the bricks whose springls have changed since they were meshed. */
+SPRINGLS__FN springls_status springls__mark_moved_contours(springls_context *ctx, springls_chunks *c)
+{
+    springls__contour_store *store = &c->contours.store[1 - c->contours.now];
+    const springls__contour_update update = springls__contour_update_of(&c->contours);
+    springls__brick_signature *now;
+    int i;
+    if (!c->desc.correspondences) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_signatures, store->bricks));
+    now = springls__brick_signatures(&ctx->model);
+    springls__collect_signatures(ctx, c, springls__signature_brick, store->bricks, now);
+    for (i = 0; i < store->bricks; i++) {
+        const springls__contour_brick *before = springls__brick_before(ctx, &update, &store->brick[i]);
+        const bool agree = before && springls__signatures_agree(&now[i], &before->signature, c->desc.tolerance);
+        store->brick[i].signature = agree ? before->signature : now[i];
+        if (!agree) store->brick[i].dirty = true;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__number_chunk_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++)
+        springls__number_chunk(ctx, &c->contours, c->contours.first_brick[begin], c->contours.brick_count[begin], &c->chunk[begin]);
+}
+
+SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls_chunks *c = ctx->step.chunks;
+    (void)memory;
+    for (; begin < end; begin++)
+        if (c->chunk[begin].triangle_count > 0)
+            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
+}
+
+/* Fails where a chunk has more vertices than 16 bits can number. */
+SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const springls_chunks *c)
+{
+    int i;
+    for (i = 0; i < c->count; i++)
+        if (c->chunk[i].vertex_count > UINT16_MAX)
+            return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks: a chunk has %d vertices", c->chunk[i].vertex_count);
+    return SPRINGLS_OK;
+}
+
+/* Makes the mesh of what springls hold. */
+SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
+{
+    ctx->on_device = false;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__refresh_surface_mesh(ctx);
+}
+
+enum {
+    SPRINGLS__CONTOURS_COUNT,
+    SPRINGLS__CONTOURS_FILL,
+    SPRINGLS__CONTOURS_CORNERS,
+    SPRINGLS__CONTOURS_PUBLISH,
+    SPRINGLS__CONTOURS_COMPARE,
+    SPRINGLS__CONTOURS_NUMBER,
+    SPRINGLS__CONTOURS_FILL_CHUNKS,
+    SPRINGLS__CONTOURS_FILLED
+};
+
+/* Publishes what has changed of what springls hold, and meshes it: writes c->chunk. The published contour stays until the consumer has
+   received the list. */
+SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    springls__contour_chunks *contours = &c->contours;
+    const int bricks = contours->store[1 - contours->now].bricks;
+    switch (ctx->work.phase) {
+    case SPRINGLS__CONTOURS_COUNT:
+        SPRINGLS__TRY(springls__change_to_contours(ctx, c));
+        if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
+            contours->store[contours->now].stale = true;
+        contours->ctx = ctx;
+        contours->tolerance = c->desc.tolerance;
+        SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
+        springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);
+    case SPRINGLS__CONTOURS_FILL:
+        SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
+        springls__loop_over(ctx, contours->store[1 - contours->now].bricks, 16, 0, springls__fill_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_CORNERS);
+    case SPRINGLS__CONTOURS_CORNERS:
+        springls__loop_over(ctx, bricks, 16, 0, springls__fill_corners_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_PUBLISH);
+    case SPRINGLS__CONTOURS_PUBLISH:
+        SPRINGLS__TRY(springls__mark_moved_contours(ctx, c));
+        springls__loop_over(ctx, bricks, 16, 0, springls__publish_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_COMPARE);
+    case SPRINGLS__CONTOURS_COMPARE:
+        springls__loop_over(ctx, bricks, 16, 0, springls__compare_contour_work, contours);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_NUMBER);
+    case SPRINGLS__CONTOURS_NUMBER:
+        SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, contours, &c->chunk_memory));
+        c->chunk = (springls_chunk *)c->chunk_memory.data;
+        c->count = springls__list_contour_chunks(contours, c->chunk);
+        springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL_CHUNKS);
+    case SPRINGLS__CONTOURS_FILL_CHUNKS:
+        SPRINGLS__TRY(springls__numbers_fit(ctx, c));
+        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+        springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILLED);
+    case SPRINGLS__CONTOURS_FILLED:
+    default:
+        c->state = SPRINGLS__CHUNKS_READY;
+        ctx->step.active = false;
+        return SPRINGLS_OK;
+    }
+}
+
 /* ---- an update: what is in progress (ctx->step) instead of a step ---- */
 
 /* Marks as dirty all bricks with values. */
@@ -773,6 +889,7 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     switch (ctx->work.phase) {
     case SPRINGLS__CHUNKS_PUBLISH:
         SPRINGLS__TRY(springls__use_host(ctx, false));
+        SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
         SPRINGLS__TRY(springls__chunks_follow(ctx, c));
         if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
         if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
@@ -809,6 +926,8 @@ static const springls__step_entry springls__chunks_update[] = {
     { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
     { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
     { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
+    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__make_contour },
+    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__update_contours },
     { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
 };
 
@@ -825,7 +944,7 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
 /* Begins an update. No step is in progress. */
 SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks *chunks)
 {
-    if (chunks->state == SPRINGLS__CHUNKS_READY) springls__list_again(chunks);
+    if (chunks->state == SPRINGLS__CHUNKS_READY && !chunks->contours.in_use) springls__list_again(chunks);
     memset(&ctx->step, 0, sizeof ctx->step);
     memset(&ctx->work, 0, sizeof ctx->work);
     ctx->step.next = springls__chunks_update;
@@ -889,7 +1008,8 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
     }
     if (status != SPRINGLS_OK) chunks->state = SPRINGLS__CHUNKS_IDLE;
     if (chunks->state != SPRINGLS__CHUNKS_READY) return status;
-    springls__name_chunks(chunks);
+    if (chunks->contours.in_use) chunks->contours.now = 1 - chunks->contours.now; /* the consumer has it now */
+    else springls__name_chunks(chunks);
     *changed = chunks->chunk;
     *count = chunks->count;
     chunks->state = SPRINGLS__CHUNKS_IDLE;

@@ -1,8 +1,17 @@
-/* test_chunks.c - the zero level in chunks: what a consumer has put together from changes is the whole surface, watertight,
-   near the zero level; only what has changed is listed. */
+/* test_chunks.c - the watertight surface in chunks, by either contouring: what a consumer has put together from changes is the whole
+   surface, watertight, near the zero level; only what has changed is listed. */
 #include "fixtures.h"
 
 enum { SIZE = 40, SIDE = 5 };
+
+static springls_contouring contouring; /* of the models that the tests make */
+
+static springls_params chosen_params(void)
+{
+    springls_params params = springls_default_params();
+    params.contouring = contouring;
+    return params;
+}
 
 /* What an engine keeps: the latest chunk of every brick. */
 typedef struct store { springls_chunk chunk[SIDE * SIDE * SIDE]; } store;
@@ -151,7 +160,8 @@ typedef struct scene {
 
 static springls_status scene_begin(scene *s, const springls_chunks_desc *desc, int mirrored)
 {
-    springls_desc d = fixture_desc(SIZE, NULL);
+    const springls_params params = chosen_params();
+    springls_desc d = fixture_desc(SIZE, &params);
     springls_sphere ball = fixture_ball(19.3f, 19.7f, 20.1f, 11.0f);
     memset(s, 0, sizeof *s);
     if (mirrored) {
@@ -230,9 +240,13 @@ TEST a_push_changes_what_it_touches(void)
     ASSERT_LT(far, 6 * far_in_all / 2);
     for (i = 0; i < SIDE * SIDE * SIDE; i++)
         for (v = 0; v < s.store.chunk[i].vertex_count; v++) {
+            const float *x = s.store.chunk[i].positions + 3 * v;
+            springls_hit hit;
             float distance;
-            ASSERT_OK(springls_sample_distance(s.ctx, s.store.chunk[i].positions + 3 * v, 1, &distance));
-            ASSERT_LT(fabs((double)distance), 0.1);
+            ASSERT_OK(springls_closest(s.ctx, SPRINGLS_SURFACE_WATERTIGHT, x, 1, &hit));
+            ASSERT_LT((double)hit.distance, 0.1);
+            ASSERT_OK(springls_sample_distance(s.ctx, x, 1, &distance));
+            if (contouring == SPRINGLS_CONTOURING_LEVEL_SET) ASSERT_LT(fabs((double)distance), 0.1);
             for (k = 0; k < 3; k++) {
                 double low = 8.0 * s.store.chunk[i].brick[k] - 1.0;
                 ASSERT_GTE((double)s.store.chunk[i].positions[3 * v + k], low);
@@ -320,7 +334,7 @@ TEST has_material_of(springls_context *ctx, const springls_mesh *mesh, const spr
 TEST material_is_that_of_the_mesh(int edges, int separate)
 {
     const springls_chunks_desc desc = { -1.0f, true };
-    springls_params params = springls_default_params();
+    springls_params params = chosen_params();
     const springls_chunk *changed;
     springls_context *ctx;
     springls_chunks *chunks;
@@ -371,7 +385,8 @@ TEST memory_may_run_out(void)
     springls_chunks_desc exact = { -1.0f, true };
     int k, failed = 0;
     for (k = 0; k < 40; k++) {
-        springls_desc d = fixture_desc(SIZE, NULL);
+        const springls_params params = chosen_params();
+        springls_desc d = fixture_desc(SIZE, &params);
         springls_sphere ball = fixture_ball(19.3f, 19.7f, 20.1f, 7.0f), larger = fixture_ball(19.3f, 19.7f, 20.1f, 11.0f);
         const springls_chunk *changed;
         springls_status status;
@@ -553,9 +568,36 @@ TEST an_update_that_is_interrupted(int calls)
 
 GREATEST_MAIN_DEFS();
 
-int main(int argc, char **argv)
+/* A consumer that goes on while contouring changes has the mesh of either, and none of the other is left. */
+TEST contouring_may_change(void)
 {
-    GREATEST_MAIN_BEGIN();
+    springls_chunks_desc exact = { -1.0f, false };
+    springls_params params = chosen_params();
+    springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    scene s;
+    int i, count;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    for (i = 0; i < 6; i++) {
+        ASSERT_OK(update(&s, &count));
+        ASSERT_GT(count, 7);
+        CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        ASSERT_OK(update(&s, &count));
+        ASSERT_EQ(0, count);
+        params.contouring = params.contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
+        ASSERT_OK(springls_set_params(s.ctx, &params));
+        if (i == 1 || i == 2) ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &small)); /* chunks vanish with either */
+        if (i == 3) ASSERT_OK(springls_reset(s.ctx));
+        if (i == 3) break;
+    }
+    ASSERT_OK(update(&s, &count));
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) ASSERT_EQ(0, s.store.chunk[i].triangle_count);
+    scene_end(&s);
+    PASS();
+}
+
+static void run_all(springls_contouring of)
+{
+    contouring = of;
     RUN_TESTp(exact_chunks_are_the_mesh, 0);
     RUN_TESTp(exact_chunks_are_the_mesh, 1);
     RUN_TEST(a_push_changes_what_it_touches);
@@ -574,6 +616,14 @@ int main(int argc, char **argv)
     RUN_TESTp(an_update_that_is_interrupted, 3);
     RUN_TESTp(an_update_that_is_interrupted, 9);
     RUN_TEST(memory_may_run_out);
+    RUN_TEST(contouring_may_change);
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    run_all(SPRINGLS_CONTOURING_LEVEL_SET);
+    run_all(SPRINGLS_CONTOURING_SPRINGLS);
     RUN_TEST(wrong_arguments_are_told);
     GREATEST_MAIN_END();
 }

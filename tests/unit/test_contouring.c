@@ -100,6 +100,50 @@ TEST components_are_the_mesh(springls_context *ctx, const found *f)
     PASS();
 }
 
+/* Returns a hash of a triangle between places, from whichever corner it begins. */
+static uint64_t triangle_hash(const float *a, const float *b, const float *c)
+{
+    const float *p[3];
+    uint64_t sum = 0;
+    int k, i;
+    p[0] = a; p[1] = b; p[2] = c;
+    for (k = 0; k < 3; k++) {
+        uint64_t hash = SPRINGLS__HASH_BEGIN;
+        for (i = 0; i < 3; i++) hash = springls__hash(hash, p[(k + i) % 3], 12);
+        sum += hash * hash;
+    }
+    return sum;
+}
+
+/* Chunks without a tolerance have the triangles of the mesh, each once, to the bit, with its vertices' normals. */
+TEST chunks_are_the_mesh(springls_context *ctx, const springls_mesh *mesh)
+{
+    const springls_chunks_desc exact = { -1.0f, false };
+    const springls_chunk *chunk;
+    springls_chunks *chunks;
+    uint64_t of_mesh = 0, of_chunks = 0;
+    int count, i, t, n = 0;
+    ASSERT_OK(springls_chunks_create(ctx, &exact, &chunks));
+    ASSERT_OK(springls_chunks_update(ctx, chunks, &chunk, &count));
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int *c = mesh->triangles + 3 * t;
+        of_mesh += triangle_hash(mesh->positions + 3 * c[0], mesh->positions + 3 * c[1], mesh->positions + 3 * c[2])
+                 + triangle_hash(mesh->normals + 3 * c[0], mesh->normals + 3 * c[1], mesh->normals + 3 * c[2]);
+    }
+    for (i = 0; i < count; i++)
+        for (n += chunk[i].triangle_count, t = 0; t < chunk[i].triangle_count; t++) {
+            const uint16_t *c = chunk[i].triangles + 3 * t;
+            const float *x = chunk[i].positions, *m = chunk[i].normals;
+            of_chunks += triangle_hash(x + 3 * c[0], x + 3 * c[1], x + 3 * c[2]) + triangle_hash(m + 3 * c[0], m + 3 * c[1], m + 3 * c[2]);
+        }
+    ASSERT_EQ(mesh->triangle_count, n);
+    ASSERT_EQ(of_mesh, of_chunks);
+    ASSERT_OK(springls_chunks_update(ctx, chunks, &chunk, &count));
+    ASSERT_EQ(0, count);
+    springls_chunks_destroy(ctx, chunks);
+    PASS();
+}
+
 /* Extracts a mesh, and checks all that holds for each. */
 TEST extract(springls_context *ctx, found *f)
 {
@@ -120,6 +164,7 @@ TEST extract(springls_context *ctx, found *f)
         ASSERT(f->mesh.springls[i] >= -1 && f->mesh.springls[i] < springls_count(ctx));
     }
     CHECK_CALL(components_are_the_mesh(ctx, f));
+    CHECK_CALL(chunks_are_the_mesh(ctx, &f->mesh));
     PASS();
 }
 

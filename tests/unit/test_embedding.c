@@ -85,15 +85,18 @@ TEST a_mesh_of_another_moment_is_refused(void)
 }
 
 /* Paint makes chunks change that show it, and no others. */
-TEST paint_marks_chunks(void)
+TEST paint_marks_chunks(springls_contouring contouring)
 {
-    springls_context *ctx = fixture_sphere(48, NULL, 23.5f, 23.5f, 23.5f, 16.0f);
+    springls_params params = springls_default_params();
+    springls_context *ctx;
     springls_attribute_desc desc = { "rgb", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY };
     springls_chunks_desc wanted = { 0.0f, true };
     const springls_chunk *changed;
     springls_chunks *chunks;
     float *rgb;
     int i, all, count, index;
+    params.contouring = contouring;
+    ctx = fixture_sphere(48, &params, 23.5f, 23.5f, 23.5f, 16.0f);
     ASSERT_OK(springls_settle(ctx, 60));
     rgb = (float *)calloc((size_t)springls_count(ctx) * 3, sizeof *rgb);
     ASSERT_OK(springls_add_attribute(ctx, &desc, rgb, &index));
@@ -317,7 +320,8 @@ SUITE(embedding)
     RUN_TEST(budgets_may_be_negative);
     RUN_TEST(ids_find_their_springls);
     RUN_TEST(a_mesh_of_another_moment_is_refused);
-    RUN_TEST(paint_marks_chunks);
+    RUN_TESTp(paint_marks_chunks, SPRINGLS_CONTOURING_LEVEL_SET);
+    RUN_TESTp(paint_marks_chunks, SPRINGLS_CONTOURING_SPRINGLS);
     RUN_TEST(bounds_may_be_cut_short);
     RUN_TEST(a_settled_model_is_at_rest);
     RUN_TEST(noisy_contours_arrive);

@@ -998,7 +998,6 @@ static void check_chunks(random_life *l)
         if (k == count) memcpy(known[count++].brick, changed[i].brick, sizeof known[k].brick);
         known[k].triangles = changed[i].triangle_count;
     }
-    if (springls_get_params(l->twin).contouring != SPRINGLS_CONTOURING_LEVEL_SET) return; /* chunks are the zero level */
     for (k = 0; k < count; k++) triangles += known[k].triangles;
     LIFE_CHECK(l, springls_extract_mesh(l->twin, &mesh) == SPRINGLS_OK);
     n = mesh.triangle_count;

@@ -371,17 +371,20 @@ static int store_put(store *s, const springls_chunk *changed, int count)
 }
 
 /* The chunks of a consumer are the mesh, whichever way the window has gone between its updates; a chunk's brick is its place. */
-TEST chunks_keep_their_names(void)
+TEST chunks_keep_their_names(springls_contouring contouring)
 {
     static const float way[][3] = { { 2, 0, 0 }, { 2, 1, 0 }, { -2, 0, -1 }, { 0, 0, 0 }, { -2, 0, 0 } };
     static const int steps[] = { 5, 30, 80, 1, 3 };
     static store s;
-    springls_context *ctx = ball(true, NULL, (float)MIDDLE, 7.0f, NULL);
+    springls_params params = springls_default_params();
+    springls_context *ctx;
     springls_chunks_desc desc;
     springls_chunks *chunks;
     const springls_chunk *changed;
     springls_mesh mesh;
     int i, k, count, triangles;
+    params.contouring = contouring;
+    ctx = ball(true, &params, (float)MIDDLE, 7.0f, NULL);
     memset(&desc, 0, sizeof desc);
     desc.tolerance = -1.0f;
     desc.correspondences = true;
@@ -646,9 +649,11 @@ TEST a_window_begins_anywhere(void)
 }
 
 /* Memory that runs out at any allocation while the window moves: one failure, and nothing is leaked. */
-TEST memory_may_run_out(void)
+TEST memory_may_run_out(springls_contouring contouring)
 {
+    springls_params params = springls_default_params();
     int fail_at, failures = 0;
+    params.contouring = contouring;
     for (fail_at = 0; fail_at < 2000; fail_at++) {
         fixture_heap heap;
         springls_allocator allocator = fixture_allocator(&heap);
@@ -657,7 +662,7 @@ TEST memory_may_run_out(void)
         const springls_chunk *changed;
         springls_status status;
         int count, calls;
-        ctx = ball(true, NULL, 20.0f, 3.0f, &allocator);
+        ctx = ball(true, &params, 20.0f, 3.0f, &allocator);
         ASSERT(ctx != NULL);
         calls = heap.calls;
         heap.fail_at = calls + fail_at;
@@ -705,7 +710,10 @@ SUITE(window)
     greatest_set_test_suffix("fluid");
     RUN_TESTp(a_leap_is_followed, SPRINGLS_MODE_FLUID);
     RUN_TEST(a_leap_too_far_is_refused);
-    RUN_TEST(chunks_keep_their_names);
+    greatest_set_test_suffix("zero_level");
+    RUN_TESTp(chunks_keep_their_names, SPRINGLS_CONTOURING_LEVEL_SET);
+    greatest_set_test_suffix("springls");
+    RUN_TESTp(chunks_keep_their_names, SPRINGLS_CONTOURING_SPRINGLS);
     greatest_set_test_suffix("union");
     RUN_TESTp(windows_are_combined, SPRINGLS_OPERATION_UNION);
     greatest_set_test_suffix("difference");
@@ -722,7 +730,10 @@ SUITE(window)
     RUN_TEST(what_is_too_large_leaves);
     RUN_TEST(a_size_that_bricks_do_not_fill_is_refused);
     RUN_TEST(a_window_begins_anywhere);
-    RUN_TEST(memory_may_run_out);
+    greatest_set_test_suffix("zero_level");
+    RUN_TESTp(memory_may_run_out, SPRINGLS_CONTOURING_LEVEL_SET);
+    greatest_set_test_suffix("springls");
+    RUN_TESTp(memory_may_run_out, SPRINGLS_CONTOURING_SPRINGLS);
 }
 
 GREATEST_MAIN_DEFS();

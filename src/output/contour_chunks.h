@@ -1,0 +1,593 @@
+/* contour_chunks.h - chunks of the mesh of what springls hold (params.contouring). A consumer has a published contour: bricks of vertices,
+   each with the key of the edge, face or cell of the grid that it lies on, and of triangles between keys. A published vertex stays
+   where it is until it has moved by more than the tolerance; a chunk has changed where its triangles have, or a vertex of them.
+
+     the table  -->  bricks of the new contour, by place  -->  vertices: published or new  -->  chunks that differ
+
+   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made. */
+#ifndef SPRINGLS__OUTPUT_CONTOUR_CHUNKS_H
+#define SPRINGLS__OUTPUT_CONTOUR_CHUNKS_H
+
+#include "../runtime/algorithms.h"
+#include "../runtime/arrays.h"
+#include "../runtime/memory.h"
+#include "../runtime/resumable.h"
+#include "../model/transform.h"
+#include "../stages/surface_table.h"
+#include "chunk_signature.h"
+
+/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; changed: 1 where x or n
+   is not as published before. */
+typedef struct springls__contour_vertex {
+    springls__v3 x, n;
+    uint32_t key;
+    int springl, changed;
+} springls__contour_vertex;
+
+/* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
+   the grid; table: its number in the table; changed: whether a vertex of it is. */
+typedef struct springls__contour_brick {
+    springls__lattice_brick at, chunk;
+    springls__brick_signature signature;
+    int first_vertex, vertices, first_triangle, triangles, table;
+    bool dirty, changed;
+} springls__contour_brick;
+
+/* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
+typedef struct springls__contour_store {
+    springls__contour_brick *brick; /* by their chunks, then by their places */
+    springls__contour_vertex *vertex;
+    uint32_t *corner; /* 3 a triangle: springls__contour_corner */
+    int bricks, vertices, triangles, window[3];
+    bool stale;
+    springls__buffer brick_memory, vertex_memory, corner_memory;
+} springls__contour_store;
+
+/* What the chunks of one consumer have of contours. The published one is store[now]; the other one is made by an update. */
+typedef struct springls__contour_chunks {
+    const springls_context *ctx;
+    springls__contour_store store[2];
+    int now;
+    float tolerance;       /* voxels                                                                       */
+    bool in_use;           /* the consumer's chunks are contours                                           */
+    int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
+    int *brick_count;
+    int *of_table;         /* [brick of the table] its brick of the new contour; -1: none                  */
+    uint64_t *vertex_key;  /* [vertex of the mesh] its brick in the table << 32 | its key                  */
+    uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
+    int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory;
+} springls__contour_chunks;
+
+SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
+{
+    springls__buffer_free(ctx, &store->brick_memory);
+    springls__buffer_free(ctx, &store->vertex_memory);
+    springls__buffer_free(ctx, &store->corner_memory);
+}
+
+SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls__contour_chunks *c)
+{
+    springls__contour_store_free(ctx, &c->store[0]);
+    springls__contour_store_free(ctx, &c->store[1]);
+    springls__buffer_free(ctx, &c->first_brick_memory);
+    springls__buffer_free(ctx, &c->of_table_memory);
+    springls__buffer_free(ctx, &c->vertex_key_memory);
+    springls__buffer_free(ctx, &c->order_memory);
+    springls__buffer_free(ctx, &c->used_memory);
+}
+
+/* ---- keys ---- */
+
+enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
+
+/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong to
+   one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
+{
+    return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
+}
+
+/* Returns what vertices have in common that are published together: an edge, a face, or the cells of a brick. */
+SPRINGLS__FN uint32_t springls__group_of_key(uint32_t key)
+{
+    return key >> 25 == (uint32_t)SPRINGLS__KEY_OF_CELL ? key >> 25 << 25 : key >> 6 << 6;
+}
+
+/* Returns a triangle's corner: the key of a vertex, and the direction (0 to 26) of its brick from the triangle's. */
+SPRINGLS__FN uint32_t springls__contour_corner(int direction, uint32_t key) { return (uint32_t)direction << 27 | key; }
+
+/* ---- the order of bricks ---- */
+
+/* Compares places, x fastest. */
+SPRINGLS__FN int springls__compare_places(const int a[3], const int b[3])
+{
+    int axis;
+    for (axis = 2; axis > 0 && a[axis] == b[axis]; axis--) continue;
+    return (a[axis] > b[axis]) - (a[axis] < b[axis]);
+}
+
+SPRINGLS__FN int springls__compare_contour_bricks(const void *first, const void *second)
+{
+    const springls__contour_brick *a = (const springls__contour_brick *)first, *b = (const springls__contour_brick *)second;
+    const int chunks = springls__compare_places(a->chunk.at, b->chunk.at);
+    return chunks ? chunks : springls__compare_places(a->at.at, b->at.at);
+}
+
+/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid is
+   in the chunk at the border. */
+SPRINGLS__FN springls__lattice_brick springls__chunk_of_place(const springls_context *ctx, const int at[3])
+{
+    springls__lattice_brick chunk;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        const int window = ctx->window.offset[axis] / SPRINGLS__BRICK;
+        chunk.at[axis] = springls__iclamp(at[axis] - window, 0, ctx->model.grid.bricks[axis] - 1) + window;
+    }
+    return chunk;
+}
+
+/* Returns the brick of a contour at a place of the lattice; -1: there is none. */
+SPRINGLS__FN int springls__find_contour_brick(const springls_context *ctx, const springls__contour_store *store, const int at[3])
+{
+    springls__contour_brick wanted;
+    int first = 0, end = store->bricks;
+    memcpy(wanted.at.at, at, sizeof wanted.at.at);
+    wanted.chunk = springls__chunk_of_place(ctx, at);
+    while (first < end) {
+        const int middle = first + (end - first) / 2, order = springls__compare_contour_bricks(&store->brick[middle], &wanted);
+        if (order == 0) return middle;
+        if (order < 0) first = middle + 1;
+        else end = middle;
+    }
+    return -1;
+}
+
+/* Finds the bricks of a contour around one of its bricks. */
+SPRINGLS__FN void springls__contour_bricks_around(const springls_context *ctx, const springls__contour_store *store, int brick, int around[27])
+{
+    int d, place[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(store->brick[brick].at.at, d, place);
+        around[d] = d == 13 ? brick : springls__find_contour_brick(ctx, store, place);
+    }
+}
+
+/* Returns the vertex of a triangle's corner. around: of the triangle's brick. */
+SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store, const int around[27], uint32_t corner)
+{
+    const springls__contour_brick *brick = store->brick + around[corner >> 27];
+    const uint32_t key = corner & ((1u << 27) - 1u);
+    int first = brick->first_vertex, end = first + brick->vertices;
+    while (end - first > 1) {
+        const int middle = first + (end - first) / 2;
+        if (store->vertex[middle].key <= key) first = middle;
+        else end = middle;
+    }
+    return first;
+}
+
+/* ---- from the table to a contour ---- */
+
+/* The table of the mesh that is kept, as springls__make_surface_mesh has left it. */
+typedef struct springls__kept_table {
+    const springls__surface_brick *brick;
+    const int *rank, *corners;
+    int first_corner, first_inner;
+    springls__raw_mesh mesh;
+} springls__kept_table;
+
+SPRINGLS__FN springls__kept_table springls__kept_table_of(const springls_context *ctx)
+{
+    springls__kept_table table;
+    memset(&table, 0, sizeof table);
+    table.brick = (const springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    table.rank = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    table.corners = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_TRIANGLE].data;
+    if (ctx->surface_bricks == 0) return table;
+    table.first_corner = table.brick[ctx->surface_bricks - 1].begin[SPRINGLS__OF_CROSSINGS][SPRINGLS__TABLE_ROWS];
+    table.first_inner = table.first_corner + 2 * table.brick[ctx->surface_bricks - 1].begin[SPRINGLS__OF_ARCS][SPRINGLS__TABLE_ROWS];
+    springls__use_surface_mesh(ctx, &table.mesh);
+    return table;
+}
+
+/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: they are counted only. */
+typedef struct springls__vertex_writer {
+    const springls__kept_table *table;
+    springls__contour_vertex *vertex;
+    uint64_t *vertex_key;
+    int brick, count;
+} springls__vertex_writer;
+
+/* Writes a vertex that triangles use. */
+SPRINGLS__FN void springls__write_contour_vertex(springls__vertex_writer *writer, int number, uint32_t key)
+{
+    const int i = writer->table->rank[number] - 1;
+    springls__contour_vertex *v;
+    if (i < 0) return;
+    if (writer->vertex) {
+        v = writer->vertex + writer->count;
+        v->x = writer->table->mesh.positions[i];
+        v->n = writer->table->mesh.normals[i];
+        v->springl = writer->table->mesh.springls[i];
+        v->key = key;
+        v->changed = 1;
+        writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
+    }
+    writer->count++;
+}
+
+/* Writes the vertices on edges and faces of a row of a brick of the table. */
+SPRINGLS__FN void springls__write_row(springls__vertex_writer *writer, const springls__surface_brick *brick, int of, int row)
+{
+    const uint8_t *count = of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs;
+    int number = brick->begin[of][row], k, i;
+    if (number == brick->begin[of][row + 1]) return;
+    for (k = 8 * row; k < 8 * row + 8; k++)
+        for (i = 0; i < count[k]; i++, number++) {
+            if (of == SPRINGLS__OF_CROSSINGS) {
+                springls__write_contour_vertex(writer, number, springls__contour_key(SPRINGLS__KEY_OF_EDGE, k, i));
+                continue;
+            }
+            springls__write_contour_vertex(writer, writer->table->first_corner + 2 * number,
+                                           springls__contour_key(SPRINGLS__KEY_OF_FACE, k, 2 * i));
+            springls__write_contour_vertex(writer, writer->table->first_corner + 2 * number + 1,
+                                           springls__contour_key(SPRINGLS__KEY_OF_FACE, k, 2 * i + 1));
+        }
+}
+
+/* Writes the vertices that a brick of the table owns. Returns how many. */
+SPRINGLS__FN int springls__write_contour_vertices(const springls__kept_table *table, int brick, springls__contour_vertex *vertex,
+                                                  uint64_t *vertex_key)
+{
+    const springls__surface_brick *from = table->brick + brick;
+    springls__vertex_writer writer;
+    int row, k;
+    writer.table = table;
+    writer.vertex = vertex;
+    writer.vertex_key = vertex_key;
+    writer.brick = brick;
+    writer.count = 0;
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_CROSSINGS, row);
+    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_ARCS, row);
+    for (k = 0; k < from->inner; k++)
+        springls__write_contour_vertex(&writer, table->first_inner + from->first_inner + k,
+                                       springls__contour_key(SPRINGLS__KEY_OF_CELL, 0, k));
+    return writer.count;
+}
+
+/* What the loops over bricks take. */
+typedef struct springls__contour_update {
+    springls__kept_table table;
+    const springls__contour_store *before;
+    springls__contour_store *after;
+    float tolerance;
+} springls__contour_update;
+
+SPRINGLS__FN springls__contour_update springls__contour_update_of(springls__contour_chunks *c)
+{
+    springls__contour_update update;
+    update.table = springls__kept_table_of(c->ctx);
+    update.before = &c->store[c->now];
+    update.after = &c->store[1 - c->now];
+    update.tolerance = c->tolerance;
+    return update;
+}
+
+/* Counts the vertices of bricks of the table: [brick of the table] of_table. */
+SPRINGLS__FN void springls__count_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++)
+        c->of_table[begin] = springls__write_contour_vertices(&update.table, begin, NULL, NULL);
+}
+
+/* Writes the vertices of bricks, and their keys. */
+SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__contour_brick *brick = update.after->brick + begin;
+        springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
+                                         c->vertex_key);
+    }
+}
+
+/* Writes the triangles of bricks. */
+SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    const uint64_t *key = c->vertex_key;
+    int k, d;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__contour_brick *brick = update.after->brick + begin;
+        const springls__surface_brick *from = update.table.brick + brick->table;
+        const int *corner = update.table.corners + 3 * (size_t)from->first_triangle;
+        uint32_t *to = update.after->corner + 3 * (size_t)brick->first_triangle;
+        for (k = 0, d = 13; k < 3 * from->triangles; k++) {
+            const uint64_t v = key[update.table.rank[corner[k]] - 1];
+            if (from->around[d] != (int)(v >> 32))
+                for (d = 0; from->around[d] != (int)(v >> 32); d++) continue;
+            to[k] = springls__contour_corner(d, (uint32_t)v);
+        }
+    }
+}
+
+/* Returns whether vertices of a new and a published contour are the same within the tolerance; phi that has moved by it has turned by up to
+   twice as much. */
+SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
+{
+    return now->key == before->key && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
+        && springls__length2(springls__sub(now->n, before->n)) <= 4.0f * tolerance * tolerance;
+}
+
+/* Keeps the published places of a group of `count` vertices, if there are as many and all agree. Returns whether that is so. */
+SPRINGLS__FN bool springls__keep_vertices(springls__contour_vertex *now, int count, const springls__contour_vertex *before, int published,
+                                          float tolerance)
+{
+    int k;
+    if (count != published) return false;
+    for (k = 0; k < count; k++)
+        if (!springls__vertices_agree(now + k, before + k, tolerance)) return false;
+    for (k = 0; k < count; k++) {
+        now[k].x = before[k].x;
+        now[k].n = before[k].n;
+        now[k].changed = 0;
+    }
+    return true;
+}
+
+/* Returns the first vertex from i on that is not of a group. */
+SPRINGLS__FN int springls__end_of_group(const springls__contour_vertex *vertex, int i, int end, uint32_t group)
+{
+    for (; i < end && springls__group_of_key(vertex[i].key) == group; i++) continue;
+    return i;
+}
+
+/* Publishes the vertices of a brick that are not within the tolerance of those that were published. */
+SPRINGLS__FN void springls__publish_contour_brick(const springls__contour_update *update, springls__contour_brick *now,
+                                                  const springls__contour_brick *before)
+{
+    springls__contour_vertex *vertex = update->after->vertex + now->first_vertex;
+    const springls__contour_vertex *old = before ? update->before->vertex + before->first_vertex : NULL;
+    int i, end, j = 0, old_end = 0;
+    now->changed = false;
+    for (i = 0; i < now->vertices; i = end) {
+        const uint32_t group = springls__group_of_key(vertex[i].key);
+        end = springls__end_of_group(vertex, i, now->vertices, group);
+        for (; before && j < before->vertices && springls__group_of_key(old[j].key) < group; j++) continue;
+        if (before) old_end = springls__end_of_group(old, j, before->vertices, group);
+        if (!before || !springls__keep_vertices(vertex + i, end - i, old + j, old_end - j, update->tolerance)) now->changed = true;
+        j = old_end;
+    }
+}
+
+/* Returns the published brick that a brick of the new contour replaces; NULL: none. */
+SPRINGLS__FN const springls__contour_brick *springls__brick_before(const springls_context *ctx, const springls__contour_update *update,
+                                                                   const springls__contour_brick *now)
+{
+    const int i = update->before->stale ? -1 : springls__find_contour_brick(ctx, update->before, now->at.at);
+    return i < 0 ? NULL : update->before->brick + i;
+}
+
+SPRINGLS__FN void springls__publish_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *now = update.after->brick + begin;
+        springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+    }
+}
+
+/* Returns whether a vertex of a brick's triangles has changed. */
+SPRINGLS__FN bool springls__has_changed_vertex(const springls_context *ctx, const springls__contour_store *store, int brick)
+{
+    const springls__contour_brick *of = store->brick + brick;
+    const uint32_t *corner = store->corner + 3 * (size_t)of->first_triangle;
+    int around[27], d, k;
+    bool some = false;
+    springls__contour_bricks_around(ctx, store, brick, around);
+    for (d = 0; d < 27; d++) some = some || (around[d] >= 0 && store->brick[around[d]].changed);
+    for (k = 0; some && k < 3 * of->triangles; k++)
+        if (store->brick[around[corner[k] >> 27]].changed && store->vertex[springls__vertex_of_corner(store, around, corner[k])].changed)
+            return true;
+    return false;
+}
+
+/* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
+SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, float *memory)
+{
+    springls__contour_chunks *c = (springls__contour_chunks *)arg;
+    const springls__contour_update update = springls__contour_update_of(c);
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *now = update.after->brick + begin;
+        const springls__contour_brick *before = springls__brick_before(c->ctx, &update, now);
+        if (!before || before->triangles != now->triangles
+            || memcmp(update.before->corner + 3 * (size_t)before->first_triangle, update.after->corner + 3 * (size_t)now->first_triangle,
+                      3 * (size_t)now->triangles * sizeof *update.after->corner) != 0
+            || springls__has_changed_vertex(c->ctx, update.after, begin))
+            now->dirty = true;
+    }
+}
+
+/* ---- the new contour's arrays ---- */
+
+SPRINGLS__FN springls_status springls__reserve_contour(springls_context *ctx, springls__contour_store *store)
+{
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->brick_memory, (size_t)store->bricks + 1, sizeof *store->brick, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->vertex_memory, (size_t)store->vertices + 1, sizeof *store->vertex, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->corner_memory, 3 * (size_t)store->triangles + 1, sizeof *store->corner, 0));
+    store->brick = (springls__contour_brick *)store->brick_memory.data;
+    store->vertex = (springls__contour_vertex *)store->vertex_memory.data;
+    store->corner = (uint32_t *)store->corner_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Makes room for what the update has for each brick of the table and each vertex. */
+SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *ctx, springls__contour_chunks *c)
+{
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->of_table_memory, (size_t)ctx->surface_bricks + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_key_memory, (size_t)ctx->surface_vertices + 1, sizeof(uint64_t), 0));
+    c->of_table = (int *)c->of_table_memory.data;
+    c->vertex_key = (uint64_t *)c->vertex_key_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Lists the bricks of the new contour: those of the table with vertices, triangles or springls. of_table: vertices of bricks of the table,
+   then their bricks. */
+SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx, springls__contour_chunks *c)
+{
+    const springls__kept_table table = springls__kept_table_of(ctx);
+    springls__contour_store *store = &c->store[1 - c->now];
+    int i, axis, n = 0;
+    store->bricks = ctx->surface_bricks;
+    store->vertices = ctx->surface_vertices;
+    store->triangles = ctx->surface_triangles;
+    store->stale = false;
+    memcpy(store->window, ctx->window.offset, sizeof store->window);
+    SPRINGLS__TRY(springls__reserve_contour(ctx, store));
+    for (i = 0; i < ctx->surface_bricks; i++) {
+        springls__contour_brick *brick = store->brick + n++;
+        memset(brick, 0, sizeof *brick);
+        for (axis = 0; axis < 3; axis++) brick->at.at[axis] = (table.brick[i].origin[axis] + store->window[axis]) / SPRINGLS__BRICK;
+        brick->chunk = springls__chunk_of_place(ctx, brick->at.at);
+        brick->table = i;
+        brick->vertices = c->of_table[i];
+        brick->triangles = table.brick[i].triangles;
+    }
+    qsort(store->brick, (size_t)n, sizeof *store->brick, springls__compare_contour_bricks);
+    store->vertices = store->triangles = 0;
+    for (i = 0; i < n; i++) {
+        store->brick[i].first_vertex = store->vertices;
+        store->brick[i].first_triangle = store->triangles;
+        store->vertices += store->brick[i].vertices;
+        store->triangles += store->brick[i].triangles;
+        c->of_table[store->brick[i].table] = i;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- chunks ---- */
+
+/* Returns the end of the bricks that belong to the chunk of brick i; their triangles: how many they have. */
+SPRINGLS__FN int springls__end_of_chunk(const springls__contour_store *store, int i, int *triangles, bool *dirty)
+{
+    const int *chunk = store->brick[i].chunk.at;
+    *triangles = 0;
+    *dirty = false;
+    for (; i < store->bricks && springls__compare_places(store->brick[i].chunk.at, chunk) == 0; i++) {
+        *triangles += store->brick[i].triangles;
+        *dirty = *dirty || store->brick[i].dirty;
+    }
+    return i;
+}
+
+/* Lists the chunks that differ, without arrays, in the order of their bricks: those that are dirty or have other triangles, and those that
+   have none any more. */
+SPRINGLS__FN int springls__list_contour_chunks(const springls__contour_chunks *c, springls_chunk *chunk)
+{
+    const springls__contour_store *before = &c->store[c->now], *after = &c->store[1 - c->now];
+    int i = 0, j = 0, n = 0;
+    while (i < before->bricks || j < after->bricks) {
+        const int order = i == before->bricks ? 1 : j == after->bricks ? -1
+                        : springls__compare_places(before->brick[i].chunk.at, after->brick[j].chunk.at);
+        const int *place = order < 0 ? before->brick[i].chunk.at : after->brick[j].chunk.at;
+        const int first = j;
+        int had = 0, has = 0;
+        bool dirty = false, unused;
+        if (order <= 0) i = springls__end_of_chunk(before, i, &had, &unused);
+        if (order >= 0) j = springls__end_of_chunk(after, j, &has, &dirty);
+        if (had == 0 && has == 0) continue;
+        if (had == has && !dirty) continue;
+        memset(&chunk[n], 0, sizeof chunk[n]);
+        memcpy(chunk[n].brick, place, sizeof chunk[n].brick);
+        c->first_brick[n] = first;
+        c->brick_count[n++] = j - first;
+    }
+    return n;
+}
+
+/* Makes room for the list of chunks and for what is known of each. */
+SPRINGLS__FN springls_status springls__reserve_contour_chunks(springls_context *ctx, springls__contour_chunks *c,
+                                                              springls__buffer *chunk_memory)
+{
+    const size_t most = (size_t)c->store[0].bricks + (size_t)c->store[1].bricks, corners = 3 * (size_t)c->store[1 - c->now].triangles;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, chunk_memory, most + 1, sizeof(springls_chunk), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->first_brick_memory, 2 * most + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->order_memory, corners + 1, sizeof(uint64_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->used_memory, 2 * corners + 1, sizeof(int), 0));
+    c->first_brick = (int *)c->first_brick_memory.data;
+    c->brick_count = c->first_brick + most;
+    c->order = (uint64_t *)c->order_memory.data;
+    c->used = (int *)c->used_memory.data;
+    c->number = c->used + corners;
+    return SPRINGLS_OK;
+}
+
+/* Finds the vertices of a chunk, by their order in the contour, and the numbers of its corners among them. Counts both. */
+SPRINGLS__FN void springls__number_chunk(const springls_context *ctx, springls__contour_chunks *c, int first, int bricks,
+                                         springls_chunk *chunk)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    int around[27], i, k, corners = 0, begin;
+    if (bricks == 0) return;
+    begin = 3 * store->brick[first].first_triangle;
+    for (i = first; i < first + bricks; i++) {
+        const springls__contour_brick *brick = store->brick + i;
+        if (brick->triangles == 0) continue;
+        springls__contour_bricks_around(ctx, store, i, around);
+        for (k = 0; k < 3 * brick->triangles; k++, corners++)
+            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(store, around, store->corner[begin + corners]) << 32
+                                      | (uint32_t)corners;
+    }
+    springls__sort_keys(c->order + begin, (size_t)corners);
+    for (k = 0; k < corners; k++) {
+        const uint64_t key = c->order[begin + k];
+        if (k == 0 || key >> 32 != c->order[begin + k - 1] >> 32) c->used[begin + chunk->vertex_count++] = (int)(key >> 32);
+        c->number[begin + (int)(uint32_t)key] = chunk->vertex_count - 1;
+    }
+    chunk->triangle_count = corners / 3;
+}
+
+/* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
+SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
+                                                   int vertex)
+{
+    int springl = v->springl;
+    springls__v3 a = v->x;
+    if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+    if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
+    springls__window_to_world(springl < 0 ? &ctx->window : &ctx->original_window, a, chunk->correspondences + 3 * vertex);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Fills the arrays of a chunk that springls__number_chunk has counted. */
+SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, const springls__contour_chunks *c, int first,
+                                               springls_chunk *chunk)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    const size_t begin = 3 * (size_t)store->brick[first].first_triangle;
+    const bool mirrored = springls__is_mirrored(ctx);
+    int i, k;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const springls__contour_vertex *v = store->vertex + c->used[begin + (size_t)i];
+        const springls__v3 n = springls__normal_to_world(ctx, v->n);
+        springls__voxel_to_world(ctx, v->x, chunk->positions + 3 * i);
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        if (chunk->correspondences) springls__write_contour_material(ctx, v, chunk, i);
+    }
+    for (i = 0; i < chunk->triangle_count; i++)
+        for (k = 0; k < 3; k++) /* counter-clockwise seen from outside */
+            chunk->triangles[3 * i + (mirrored && k ? 3 - k : k)] = (uint16_t)c->number[begin + (size_t)(3 * i + k)];
+}
+
+#endif
