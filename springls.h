@@ -552,10 +552,11 @@
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
+     CONTOURING           over springls: hits; over bricks: sides, crossings, arcs, triangles, for an update of chunks
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock, components and the mesh of what springls hold are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
@@ -5950,6 +5951,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
+    SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
     SPRINGLS__SURFACE_SURFEL,
@@ -19200,7 +19202,7 @@ typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_FIND_PATCHES
 } springls__surface_kernel;
 
-/* The table while it is made. */
+/* The table while it is made: in SPRINGLS__SURFACE_JOB, for the phases. */
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
@@ -19249,20 +19251,22 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     }
 }
 
-SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel)
+/* Ends the phase with a kernel over all bricks; `next` follows. */
+SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel, int next)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
     SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
     job->kernel = kernel;
-    springls__do_work(job->ctx, springls__surface_brick_task, job, floats, 0, job->bricks, 1);
-    return SPRINGLS_OK;
+    springls__loop_over(job->ctx, job->bricks, 1, floats, springls__surface_brick_task, job);
+    return springls__next_phase(job->ctx, next);
 }
 
 /* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
-SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
+    (void)memory;
     for (; begin < end && begin < model->grid.active_count; begin++)
         springls__find_creased(model, job->surfel, model->grid.active[begin]);
     for (; begin < end; begin++) {
@@ -19355,11 +19359,12 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
 /* ---- hits ---- */
 
 /* Makes the surfels of springls. */
-SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
     int place[3], k;
+    (void)memory;
     for (; begin < end; begin++) {
         springls__surfel *surfel = job->surfel + begin;
         surfel->p = model->set.s[begin].p;
@@ -19370,10 +19375,11 @@ SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     springls__trims trims;
+    (void)memory;
     for (; begin < end; begin++)
         job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
 }
@@ -19424,17 +19430,13 @@ SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, in
     return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
 }
 
-/* Finds the hits of all springls, each at once. */
-SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
+/* Finds where the hits of springls begin, as they were counted, and makes room for them. */
+SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     const int count = ctx->model.set.count;
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
     int64_t sum = 0;
     int i;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
-    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
-    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
     for (i = 0; i < count; i++) {
         const int hits = job->first_found[i];
         job->first_found[i] = (int)sum;
@@ -19443,9 +19445,7 @@ SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
     }
     job->first_found[count] = (int)sum;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
     job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
-    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
     return SPRINGLS_OK;
 }
 
@@ -19477,7 +19477,6 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     springls_context *ctx = job->ctx;
     const springls__row_hit *hit;
     int i, b, k, hits;
-    SPRINGLS__TRY(springls__springls_hits(job));
     for (i = 0; i < ctx->model.set.count; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
             job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
@@ -19490,30 +19489,26 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     }
     for (i = 0; i < ctx->model.set.count; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
-    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
+    return SPRINGLS_OK;
 }
 
-/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
-SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+/* Makes room for all crossings. Their vertices have the first numbers; of those some are not used. */
+SPRINGLS__FN springls_status springls__reserve_crossings(springls__surface_job *job)
 {
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
                                        &job->contour.first_corner));
     job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
+    return SPRINGLS_OK;
 }
 
-/* Finds all arcs. */
-SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+/* Makes room for all arcs. */
+SPRINGLS__FN springls_status springls__reserve_arcs(springls__surface_job *job)
 {
     int arcs;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
     job->contour.first_inner = job->contour.first_corner + 2 * arcs;
     job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
+    return SPRINGLS_OK;
 }
 
 /* Makes room for triangles, and for vertices in cells. */
@@ -19522,7 +19517,6 @@ SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *
     springls_context *ctx = job->ctx;
     int64_t sum = 0;
     int b;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
     for (b = 0; b < job->bricks; b++) {
         job->contour.brick[b].first_triangle = 6 * (int)sum;
         job->contour.brick[b].first_inner = 3 * (int)sum;
@@ -19602,18 +19596,6 @@ SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
         }
     }
     return some;
-}
-
-/* Finds all triangles. */
-SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *job)
-{
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    while (springls__simplify_cells(job)) {
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    }
-    return SPRINGLS_OK;
 }
 
 /* ---- the mesh ---- */
@@ -19709,43 +19691,116 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Makes the mesh of what springls hold. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+/* Begins the table: its bricks, and room for what is known of each springl. */
+SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__surface_job job;
-    memset(mesh, 0, sizeof *mesh);
-    memset(&job, 0, sizeof job);
-    job.ctx = ctx;
-    ctx->surface_bricks = 0;
-    if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_bricks(&job));
-    ctx->surface_bricks = job.bricks;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
-    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
-    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
-    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
-    SPRINGLS__TRY(springls__surface_hits(&job));
-    SPRINGLS__TRY(springls__surface_crossings(&job));
-    SPRINGLS__TRY(springls__surface_arcs(&job));
-    SPRINGLS__TRY(springls__reserve_triangles(&job));
-    SPRINGLS__TRY(springls__surface_triangles(&job));
-    SPRINGLS__TRY(springls__surface_gather(&job, mesh));
-    springls__surface_normals(mesh);
+    const size_t count = (size_t)ctx->model.set.count;
+    springls__surface_job *job;
+    ctx->surface_version = 0;
+    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
+    job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    memset(job, 0, sizeof *job);
+    job->ctx = ctx;
+    SPRINGLS__TRY(springls__surface_bricks(job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, count + 1, sizeof(int)));
+    job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
     return SPRINGLS_OK;
+}
+
+/* Ends the table: its mesh is kept until the model changes. */
+SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    springls__raw_mesh mesh;
+    memset(&mesh, 0, sizeof mesh);
+    SPRINGLS__TRY(springls__surface_gather(job, &mesh));
+    springls__surface_normals(&mesh);
+    ctx->surface_bricks = job->bricks;
+    ctx->surface_vertices = mesh.vertex_count;
+    ctx->surface_triangles = mesh.triangle_count;
+    ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__TABLE_BEGIN,
+    SPRINGLS__TABLE_CREASES,
+    SPRINGLS__TABLE_COUNT_HITS,
+    SPRINGLS__TABLE_FIND_HITS,
+    SPRINGLS__TABLE_PUT_HITS,
+    SPRINGLS__TABLE_WEIGH_HITS,
+    SPRINGLS__TABLE_SIDES,
+    SPRINGLS__TABLE_COUNT_CROSSINGS,
+    SPRINGLS__TABLE_CROSSINGS,
+    SPRINGLS__TABLE_COUNT_ARCS,
+    SPRINGLS__TABLE_ARCS,
+    SPRINGLS__TABLE_COUNT_LINKS,
+    SPRINGLS__TABLE_RESERVE_PATCHES,
+    SPRINGLS__TABLE_SIMPLIFY,
+    SPRINGLS__TABLE_ARCS_AGAIN,
+    SPRINGLS__TABLE_PATCHES
+};
+
+/* Makes the mesh of what springls hold, a stage that can be resumed. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    springls__surface_job *job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    switch (ctx->work.phase) {
+    case SPRINGLS__TABLE_BEGIN:
+        SPRINGLS__TRY(springls__surface_begin(ctx));
+        if (ctx->model.grid.active_count == 0) {
+            ctx->surface_version = ctx->model_version;
+            return SPRINGLS_OK;
+        }
+        springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, ctx->surface_memory[SPRINGLS__SURFACE_JOB].data);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_CREASES);
+    case SPRINGLS__TABLE_CREASES:
+        springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_COUNT_HITS);
+    case SPRINGLS__TABLE_COUNT_HITS:
+        springls__loop_over(ctx, count, 256, 0, springls__count_hits_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_FIND_HITS);
+    case SPRINGLS__TABLE_FIND_HITS:
+        SPRINGLS__TRY(springls__begin_hits(job));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+        springls__loop_over(ctx, count, 64, floats, springls__find_hits_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_PUT_HITS);
+    case SPRINGLS__TABLE_PUT_HITS:
+        SPRINGLS__TRY(springls__surface_hits(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS, SPRINGLS__TABLE_WEIGH_HITS);
+    case SPRINGLS__TABLE_WEIGH_HITS: return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS, SPRINGLS__TABLE_SIDES);
+    case SPRINGLS__TABLE_SIDES: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES, SPRINGLS__TABLE_COUNT_CROSSINGS);
+    case SPRINGLS__TABLE_COUNT_CROSSINGS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS, SPRINGLS__TABLE_CROSSINGS);
+    case SPRINGLS__TABLE_CROSSINGS:
+        SPRINGLS__TRY(springls__reserve_crossings(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS, SPRINGLS__TABLE_COUNT_ARCS);
+    case SPRINGLS__TABLE_COUNT_ARCS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS);
+    case SPRINGLS__TABLE_ARCS:
+        SPRINGLS__TRY(springls__reserve_arcs(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_COUNT_LINKS);
+    case SPRINGLS__TABLE_COUNT_LINKS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS, SPRINGLS__TABLE_RESERVE_PATCHES);
+    case SPRINGLS__TABLE_RESERVE_PATCHES:
+        SPRINGLS__TRY(springls__reserve_triangles(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
+    case SPRINGLS__TABLE_SIMPLIFY:
+        if (!springls__simplify_cells(job)) return springls__surface_end(job);
+        return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS_AGAIN);
+    case SPRINGLS__TABLE_ARCS_AGAIN: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_PATCHES);
+    case SPRINGLS__TABLE_PATCHES:
+    default: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
+    }
 }
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
 {
-    springls__raw_mesh made;
     if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
-    ctx->surface_version = 0;
-    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
-    ctx->surface_vertices = made.vertex_count;
-    ctx->surface_triangles = made.triangle_count;
-    ctx->surface_version = ctx->model_version;
-    return SPRINGLS_OK;
+    return springls__run_to_completion(ctx, springls__make_surface_mesh);
 }
 
 /* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
@@ -28446,13 +28501,13 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-/* Makes the mesh of what springls hold. */
+/* Makes the mesh of what springls hold where the model has changed. */
 SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
 {
     ctx->on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    return springls__refresh_surface_mesh(ctx);
+    return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
 }
 
 enum {
@@ -32757,7 +32812,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1086 \"springls.h\"\n",
+    "#line 1087 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -32871,7 +32926,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2238 \"springls.h\"\n",
+    "#line 2239 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -32987,7 +33042,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2355 \"springls.h\"\n",
+    "#line 2356 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33009,7 +33064,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2378 \"springls.h\"\n",
+    "#line 2379 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33024,7 +33079,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2394 \"springls.h\"\n",
+    "#line 2395 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33148,7 +33203,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2518 \"springls.h\"\n",
+    "#line 2519 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33218,7 +33273,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2589 \"springls.h\"\n",
+    "#line 2590 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33438,7 +33493,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2810 \"springls.h\"\n",
+    "#line 2811 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33453,7 +33508,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2825 \"springls.h\"\n",
+    "#line 2826 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33577,14 +33632,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2949 \"springls.h\"\n",
+    "#line 2950 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2957 \"springls.h\"\n",
+    "#line 2958 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -33710,7 +33765,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3084 \"springls.h\"\n",
+    "#line 3085 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -33765,7 +33820,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3140 \"springls.h\"\n",
+    "#line 3141 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -33854,7 +33909,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3230 \"springls.h\"\n",
+    "#line 3231 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -33866,7 +33921,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3242 \"springls.h\"\n",
+    "#line 3243 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33881,7 +33936,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3258 \"springls.h\"\n",
+    "#line 3259 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -33925,7 +33980,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3302 \"springls.h\"\n",
+    "#line 3303 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33940,7 +33995,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3317 \"springls.h\"\n",
+    "#line 3318 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -33984,7 +34039,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3361 \"springls.h\"\n",
+    "#line 3362 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34063,7 +34118,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3440 \"springls.h\"\n",
+    "#line 3441 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34078,7 +34133,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3456 \"springls.h\"\n",
+    "#line 3457 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34145,7 +34200,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3523 \"springls.h\"\n",
+    "#line 3524 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34160,7 +34215,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3538 \"springls.h\"\n",
+    "#line 3539 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34227,7 +34282,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3606 \"springls.h\"\n",
+    "#line 3607 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -34608,7 +34663,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3988 \"springls.h\"\n",
+    "#line 3989 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35312,7 +35367,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4693 \"springls.h\"\n",
+    "#line 4694 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -35572,7 +35627,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4954 \"springls.h\"\n",
+    "#line 4955 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -35774,7 +35829,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5157 \"springls.h\"\n",
+    "#line 5158 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -35891,7 +35946,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5275 \"springls.h\"\n",
+    "#line 5276 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36088,7 +36143,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5472 \"springls.h\"\n",
+    "#line 5473 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36103,7 +36158,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5488 \"springls.h\"\n",
+    "#line 5489 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36297,7 +36352,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5682 \"springls.h\"\n",
+    "#line 5683 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36312,7 +36367,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36506,7 +36561,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6494 \"springls.h\"\n",
+    "#line 6496 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -36906,7 +36961,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6895 \"springls.h\"\n",
+    "#line 6897 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -36932,7 +36987,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6922 \"springls.h\"\n",
+    "#line 6924 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37020,7 +37075,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7011 \"springls.h\"\n",
+    "#line 7013 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37160,7 +37215,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7152 \"springls.h\"\n",
+    "#line 7154 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37265,7 +37320,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7258 \"springls.h\"\n",
+    "#line 7260 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37497,7 +37552,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7491 \"springls.h\"\n",
+    "#line 7493 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37527,7 +37582,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7521 \"springls.h\"\n",
+    "#line 7523 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37542,7 +37597,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7537 \"springls.h\"\n",
+    "#line 7539 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37711,7 +37766,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7706 \"springls.h\"\n",
+    "#line 7708 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37726,7 +37781,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7721 \"springls.h\"\n",
+    "#line 7723 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37895,7 +37950,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7890 \"springls.h\"\n",
+    "#line 7892 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -37949,7 +38004,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7945 \"springls.h\"\n",
+    "#line 7947 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -37975,7 +38030,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7971 \"springls.h\"\n",
+    "#line 7973 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37990,7 +38045,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7987 \"springls.h\"\n",
+    "#line 7989 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38073,7 +38128,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8070 \"springls.h\"\n",
+    "#line 8072 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38088,7 +38143,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8085 \"springls.h\"\n",
+    "#line 8087 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38171,7 +38226,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8168 \"springls.h\"\n",
+    "#line 8170 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38245,7 +38300,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8243 \"springls.h\"\n",
+    "#line 8245 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -38798,7 +38853,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8797 \"springls.h\"\n",
+    "#line 8799 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -38894,7 +38949,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8894 \"springls.h\"\n",
+    "#line 8896 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39015,7 +39070,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9016 \"springls.h\"\n",
+    "#line 9018 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39296,7 +39351,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9298 \"springls.h\"\n",
+    "#line 9300 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39382,7 +39437,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9385 \"springls.h\"\n",
+    "#line 9387 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39525,7 +39580,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9529 \"springls.h\"\n",
+    "#line 9531 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -39714,7 +39769,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9719 \"springls.h\"\n",
+    "#line 9721 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -39839,7 +39894,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9845 \"springls.h\"\n",
+    "#line 9847 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -39873,7 +39928,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9880 \"springls.h\"\n",
+    "#line 9882 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40411,7 +40466,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10419 \"springls.h\"\n",
+    "#line 10421 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -40561,7 +40616,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10570 \"springls.h\"\n",
+    "#line 10572 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -40639,7 +40694,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10649 \"springls.h\"\n",
+    "#line 10651 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -40888,7 +40943,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10899 \"springls.h\"\n",
+    "#line 10901 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41113,7 +41168,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11125 \"springls.h\"\n",
+    "#line 11127 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41217,7 +41272,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11230 \"springls.h\"\n",
+    "#line 11232 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41314,7 +41369,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11328 \"springls.h\"\n",
+    "#line 11330 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -41852,7 +41907,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11867 \"springls.h\"\n",
+    "#line 11869 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -41885,7 +41940,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11901 \"springls.h\"\n",
+    "#line 11903 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -41910,14 +41965,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11927 \"springls.h\"\n",
+    "#line 11929 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11934 \"springls.h\"\n",
+    "#line 11936 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41932,7 +41987,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11950 \"springls.h\"\n",
+    "#line 11952 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42058,7 +42113,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12076 \"springls.h\"\n",
+    "#line 12078 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42073,7 +42128,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12091 \"springls.h\"\n",
+    "#line 12093 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42199,7 +42254,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12218 \"springls.h\"\n",
+    "#line 12220 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42491,7 +42546,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12511 \"springls.h\"\n",
+    "#line 12513 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -42626,7 +42681,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 16974 \"springls.h\"\n",
+    "#line 16976 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -43654,7 +43709,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18003 \"springls.h\"\n",
+    "#line 18005 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44240,7 +44295,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18590 \"springls.h\"\n",
+    "#line 18592 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44836,7 +44891,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44840 \"springls.h\"\n",
+    "#line 44895 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -569,10 +569,11 @@
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
+     CONTOURING           over springls: hits; over bricks: sides, crossings, arcs, triangles, for an update of chunks
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock, components and the mesh of what springls hold are one phase each. On a device, phases are enqueued and the host
+   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.

@@ -798,13 +798,13 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-/* Makes the mesh of what springls hold. */
+/* Makes the mesh of what springls hold where the model has changed. */
 SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
 {
     ctx->on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    return springls__refresh_surface_mesh(ctx);
+    return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
 }
 
 enum {

@@ -64,6 +64,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
+    SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
     SPRINGLS__SURFACE_SURFEL,

@@ -11,6 +11,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
+#include "../runtime/resumable.h"
 #include "../model/host_access.h"
 
 typedef enum springls__surface_kernel {
@@ -25,7 +26,7 @@ typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_FIND_PATCHES
 } springls__surface_kernel;
 
-/* The table while it is made. */
+/* The table while it is made: in SPRINGLS__SURFACE_JOB, for the phases. */
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
@@ -74,20 +75,22 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     }
 }
 
-SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel)
+/* Ends the phase with a kernel over all bricks; `next` follows. */
+SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel, int next)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
     SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
     job->kernel = kernel;
-    springls__do_work(job->ctx, springls__surface_brick_task, job, floats, 0, job->bricks, 1);
-    return SPRINGLS_OK;
+    springls__loop_over(job->ctx, job->bricks, 1, floats, springls__surface_brick_task, job);
+    return springls__next_phase(job->ctx, next);
 }
 
 /* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
-SPRINGLS__FN void springls__crease_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
+    (void)memory;
     for (; begin < end && begin < model->grid.active_count; begin++)
         springls__find_creased(model, job->surfel, model->grid.active[begin]);
     for (; begin < end; begin++) {
@@ -180,11 +183,12 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
 /* ---- hits ---- */
 
 /* Makes the surfels of springls. */
-SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
     int place[3], k;
+    (void)memory;
     for (; begin < end; begin++) {
         springls__surfel *surfel = job->surfel + begin;
         surfel->p = model->set.s[begin].p;
@@ -195,10 +199,11 @@ SPRINGLS__FN void springls__surfel_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN void springls__count_hits_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     springls__trims trims;
+    (void)memory;
     for (; begin < end; begin++)
         job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
 }
@@ -249,17 +254,13 @@ SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, in
     return springls__reserve_table(job->ctx, buffer, (size_t)sum, element);
 }
 
-/* Finds the hits of all springls, each at once. */
-SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
+/* Finds where the hits of springls begin, as they were counted, and makes room for them. */
+SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     const int count = ctx->model.set.count;
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
     int64_t sum = 0;
     int i;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
-    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
-    springls__parallel(ctx, count, 256, springls__count_hits_task, job);
     for (i = 0; i < count; i++) {
         const int hits = job->first_found[i];
         job->first_found[i] = (int)sum;
@@ -268,9 +269,7 @@ SPRINGLS__FN springls_status springls__springls_hits(springls__surface_job *job)
     }
     job->first_found[count] = (int)sum;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FOUND, (size_t)sum, sizeof(springls__row_hit)));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
     job->found = (springls__row_hit *)ctx->surface_memory[SPRINGLS__SURFACE_FOUND].data;
-    springls__do_work(ctx, springls__find_hits_work, job, floats, 0, count, 64);
     return SPRINGLS_OK;
 }
 
@@ -302,7 +301,6 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     springls_context *ctx = job->ctx;
     const springls__row_hit *hit;
     int i, b, k, hits;
-    SPRINGLS__TRY(springls__springls_hits(job));
     for (i = 0; i < ctx->model.set.count; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
             job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
@@ -315,30 +313,26 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     }
     for (i = 0; i < ctx->model.set.count; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS));
-    return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS);
+    return SPRINGLS_OK;
 }
 
-/* Finds all crossings. Their vertices have the first numbers; of those some are not used. */
-SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+/* Makes room for all crossings. Their vertices have the first numbers; of those some are not used. */
+SPRINGLS__FN springls_status springls__reserve_crossings(springls__surface_job *job)
 {
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
                                        &job->contour.first_corner));
     job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
+    return SPRINGLS_OK;
 }
 
-/* Finds all arcs. */
-SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+/* Makes room for all arcs. */
+SPRINGLS__FN springls_status springls__reserve_arcs(springls__surface_job *job)
 {
     int arcs;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
     job->contour.first_inner = job->contour.first_corner + 2 * arcs;
     job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
-    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS);
+    return SPRINGLS_OK;
 }
 
 /* Makes room for triangles, and for vertices in cells. */
@@ -347,7 +341,6 @@ SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *
     springls_context *ctx = job->ctx;
     int64_t sum = 0;
     int b;
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
     for (b = 0; b < job->bricks; b++) {
         job->contour.brick[b].first_triangle = 6 * (int)sum;
         job->contour.brick[b].first_inner = 3 * (int)sum;
@@ -427,18 +420,6 @@ SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
         }
     }
     return some;
-}
-
-/* Finds all triangles. */
-SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *job)
-{
-    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    while (springls__simplify_cells(job)) {
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
-        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
-    }
-    return SPRINGLS_OK;
 }
 
 /* ---- the mesh ---- */
@@ -534,43 +515,116 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Makes the mesh of what springls hold. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+/* Begins the table: its bricks, and room for what is known of each springl. */
+SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__surface_job job;
-    memset(mesh, 0, sizeof *mesh);
-    memset(&job, 0, sizeof job);
-    job.ctx = ctx;
-    ctx->surface_bricks = 0;
-    if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_bricks(&job));
-    ctx->surface_bricks = job.bricks;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
-    job.contour.surfel = job.surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
-    springls__parallel(ctx, count, 1024, springls__surfel_task, &job);
-    springls__parallel(ctx, ctx->model.grid.active_count + ctx->model.cells.unbinned_count, 8, springls__crease_task, &job);
-    SPRINGLS__TRY(springls__surface_hits(&job));
-    SPRINGLS__TRY(springls__surface_crossings(&job));
-    SPRINGLS__TRY(springls__surface_arcs(&job));
-    SPRINGLS__TRY(springls__reserve_triangles(&job));
-    SPRINGLS__TRY(springls__surface_triangles(&job));
-    SPRINGLS__TRY(springls__surface_gather(&job, mesh));
-    springls__surface_normals(mesh);
+    const size_t count = (size_t)ctx->model.set.count;
+    springls__surface_job *job;
+    ctx->surface_version = 0;
+    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
+    job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    memset(job, 0, sizeof *job);
+    job->ctx = ctx;
+    SPRINGLS__TRY(springls__surface_bricks(job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, count + 1, sizeof(int)));
+    job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
     return SPRINGLS_OK;
+}
+
+/* Ends the table: its mesh is kept until the model changes. */
+SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    springls__raw_mesh mesh;
+    memset(&mesh, 0, sizeof mesh);
+    SPRINGLS__TRY(springls__surface_gather(job, &mesh));
+    springls__surface_normals(&mesh);
+    ctx->surface_bricks = job->bricks;
+    ctx->surface_vertices = mesh.vertex_count;
+    ctx->surface_triangles = mesh.triangle_count;
+    ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__TABLE_BEGIN,
+    SPRINGLS__TABLE_CREASES,
+    SPRINGLS__TABLE_COUNT_HITS,
+    SPRINGLS__TABLE_FIND_HITS,
+    SPRINGLS__TABLE_PUT_HITS,
+    SPRINGLS__TABLE_WEIGH_HITS,
+    SPRINGLS__TABLE_SIDES,
+    SPRINGLS__TABLE_COUNT_CROSSINGS,
+    SPRINGLS__TABLE_CROSSINGS,
+    SPRINGLS__TABLE_COUNT_ARCS,
+    SPRINGLS__TABLE_ARCS,
+    SPRINGLS__TABLE_COUNT_LINKS,
+    SPRINGLS__TABLE_RESERVE_PATCHES,
+    SPRINGLS__TABLE_SIMPLIFY,
+    SPRINGLS__TABLE_ARCS_AGAIN,
+    SPRINGLS__TABLE_PATCHES
+};
+
+/* Makes the mesh of what springls hold, a stage that can be resumed. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    springls__surface_job *job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    switch (ctx->work.phase) {
+    case SPRINGLS__TABLE_BEGIN:
+        SPRINGLS__TRY(springls__surface_begin(ctx));
+        if (ctx->model.grid.active_count == 0) {
+            ctx->surface_version = ctx->model_version;
+            return SPRINGLS_OK;
+        }
+        springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, ctx->surface_memory[SPRINGLS__SURFACE_JOB].data);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_CREASES);
+    case SPRINGLS__TABLE_CREASES:
+        springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_COUNT_HITS);
+    case SPRINGLS__TABLE_COUNT_HITS:
+        springls__loop_over(ctx, count, 256, 0, springls__count_hits_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_FIND_HITS);
+    case SPRINGLS__TABLE_FIND_HITS:
+        SPRINGLS__TRY(springls__begin_hits(job));
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+        springls__loop_over(ctx, count, 64, floats, springls__find_hits_work, job);
+        return springls__next_phase(ctx, SPRINGLS__TABLE_PUT_HITS);
+    case SPRINGLS__TABLE_PUT_HITS:
+        SPRINGLS__TRY(springls__surface_hits(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS, SPRINGLS__TABLE_WEIGH_HITS);
+    case SPRINGLS__TABLE_WEIGH_HITS: return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS, SPRINGLS__TABLE_SIDES);
+    case SPRINGLS__TABLE_SIDES: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES, SPRINGLS__TABLE_COUNT_CROSSINGS);
+    case SPRINGLS__TABLE_COUNT_CROSSINGS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS, SPRINGLS__TABLE_CROSSINGS);
+    case SPRINGLS__TABLE_CROSSINGS:
+        SPRINGLS__TRY(springls__reserve_crossings(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS, SPRINGLS__TABLE_COUNT_ARCS);
+    case SPRINGLS__TABLE_COUNT_ARCS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS);
+    case SPRINGLS__TABLE_ARCS:
+        SPRINGLS__TRY(springls__reserve_arcs(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_COUNT_LINKS);
+    case SPRINGLS__TABLE_COUNT_LINKS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS, SPRINGLS__TABLE_RESERVE_PATCHES);
+    case SPRINGLS__TABLE_RESERVE_PATCHES:
+        SPRINGLS__TRY(springls__reserve_triangles(job));
+        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
+    case SPRINGLS__TABLE_SIMPLIFY:
+        if (!springls__simplify_cells(job)) return springls__surface_end(job);
+        return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS_AGAIN);
+    case SPRINGLS__TABLE_ARCS_AGAIN: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_PATCHES);
+    case SPRINGLS__TABLE_PATCHES:
+    default: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
+    }
 }
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
 {
-    springls__raw_mesh made;
     if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
-    ctx->surface_version = 0;
-    SPRINGLS__TRY(springls__make_surface_mesh(ctx, &made));
-    ctx->surface_vertices = made.vertex_count;
-    ctx->surface_triangles = made.triangle_count;
-    ctx->surface_version = ctx->model_version;
-    return SPRINGLS_OK;
+    return springls__run_to_completion(ctx, springls__make_surface_mesh);
 }
 
 /* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
