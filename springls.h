@@ -541,12 +541,14 @@
    FRAMES
 
    springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
-   however it is divided. A stage consists of phases. A step can be left between two phases, and inside the loop that a
-   phase ends with:
+   however it is divided. A stage consists of phases, the entries of its table. A step can be left between two phases, and inside
+   the loop that a phase ends with:
 
      advect               over batches of the forces
      relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
+     keep_edges           over springls: every kernel
      contract             over springls: choosing; every round of merging
+     resample             over springls: choosing, splitting, storing
      project              over bricks: the projection; the search for parts to join; removal of parts; every sweep that
                           re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
@@ -556,7 +558,7 @@
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
+   checked. volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
@@ -675,6 +677,7 @@
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
      >>resumable            src/runtime/resumable.h
+     >>entries              src/runtime/entries.h
      >>kernel_table         src/runtime/kernel_table.h
      >>kernels:kernel       kernels_embed/device/kernels.h
      >>collectives:kernel   kernels_embed/model/collectives.h
@@ -6024,17 +6027,29 @@ typedef struct springls__pieces {
     springls__kernel_run kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (resumable.h). */
+/* A place in a table of entries (entries.h). clock: when its stage has begun or, while a step is left, the seconds it has taken. */
+typedef struct springls__place {
+    const struct springls__entry *table;
+    int next;               /* the entry that follows                                                           */
+    int round;              /* how often the loop around it has been run to its end                             */
+    int stage;              /* whose clock runs; -1: none                                                       */
+    double clock;
+} springls__place;
+
+enum { SPRINGLS__MAX_CALLS = 8 }; /* of tables, one inside the other */
+
+/* The table at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
-    springls__stage_fn stage;
-    int phase;              /* the next one: a constant of the stage's enum                                     */
-    int repetition;         /* how often a phase has been repeated                                              */
-    bool pending;           /* the phase is still to run                                                        */
-    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
+    springls__place place[SPRINGLS__MAX_CALLS];
+    int depth;              /* how many of them are in use; the last one is at work                             */
+    bool on_device;         /* its kernels run on the backend, if there is one                                  */
+    int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
-    bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
-    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
+    springls__stage_fn run; /* the function with several phases at work; NULL: that of the entry                */
+    int phase;              /* its next one                                                                     */
+    bool pending;           /* that phase is still to run                                                       */
+    springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -6052,6 +6067,7 @@ typedef struct springls__motion {
     int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
+    bool again;             /* a particle would move further than it may                                        */
     bool still;             /* no point has moved at all                                                        */
     int moving;             /* how many springls have moved by more than 0.01 voxel                             */
 } springls__motion;
@@ -6065,39 +6081,21 @@ typedef struct springls__saved_level_set {
     bool opposed, in_use;
 } springls__saved_level_set;
 
-/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind {
-    SPRINGLS__ENTRY_RUN,
-    SPRINGLS__ENTRY_REPEAT_WHILE,
-    SPRINGLS__ENTRY_END_REPEAT
-} springls__entry_kind;
-
-/* An entry of an algorithm (algorithm_tables.h). */
-typedef struct springls__step_entry {
-    springls__entry_kind kind;
-    int stage;              /* whose clock runs, or -1: none                                                    */
-    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
-    springls__stage_fn run;
-} springls__step_entry;
-
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
-    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
-    int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
-    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps, and at its end                */
     float longest_substep;  /* that the force permits                                                           */
     float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */
     int substeps;           /* so far                                                                           */
     bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
-    int iterations_left;    /* of evolve and rebuild                                                            */
+    bool is_lazy;           /* this sub-step leaves phi behind                                                  */
 } springls__stepping;
 
 /* Where on the lattice of springls_desc.grid a window of its size is: its first voxel is voxel `offset` there. */
@@ -12698,6 +12696,65 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         for (; begin < end; begin++) springls__##name##_element(model, args, begin, memory);                                     \
     }
 
+/* ======== >>entries  (src/runtime/entries.h) =================================================================== */
+/* entries.h - the entries that tables consist of. A stage is a constant table which reads like its algorithm, down to kernels:
+
+     static const springls__entry springls__rebuild[] = {
+         SPRINGLS__KERNEL(subvoxel, BRICKS)
+         SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+         SPRINGLS__REPEAT_WHILE(springls__redistances)
+             SPRINGLS__KERNEL(redistance, BRICKS)
+             SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+         SPRINGLS__END
+         SPRINGLS__CALL(springls__band_follow)
+     SPRINGLS__END };
+
+   Why tables: a step can be left after any entry, and inside every kernel, and resumed where it was, so its place has to be data: a
+   table, a number, and those of the tables that have called it (resumable.h runs them). And the docs print what runs. */
+
+typedef enum springls__entry_kind {
+    SPRINGLS__ENTRY_DO, SPRINGLS__ENTRY_KERNEL, SPRINGLS__ENTRY_ROOM, SPRINGLS__ENTRY_SWAP, /* do something */
+    SPRINGLS__ENTRY_CALL, SPRINGLS__ENTRY_IF, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END
+} springls__entry_kind;
+
+/* What a kernel runs over. */
+typedef enum springls__over { SPRINGLS__OVER_SPRINGLS, SPRINGLS__OVER_BRICKS, SPRINGLS__OVER_SLOTS } springls__over;
+
+typedef struct springls__entry {
+    springls__entry_kind kind;
+    const char *name;        /* of what is run, called or asked                                                  */
+    int what;                /* KERNEL: its number; ROOM, SWAP: an array; CALL: the stage whose clock runs, or -1 */
+    int other;               /* KERNEL, ROOM: the extent; SWAP: the other array                                  */
+    size_t element;          /* ROOM: bytes                                                                      */
+    springls_status (*run)(springls_context *ctx);
+    bool (*when)(const springls_context *ctx);
+    void (*arguments)(const springls_context *ctx, springls__arguments *args); /* NULL: the kernel takes none    */
+    const struct springls__entry *table;
+} springls__entry;
+
+/* Runs a function, which may end with a loop (springls__loop). */
+#define SPRINGLS__DO(function) { SPRINGLS__ENTRY_DO, #function, 0, 0, 0, function, NULL, NULL, NULL },
+/* Runs a kernel over all springls, active bricks or slots; _WITH: with arguments that a function writes. */
+#define SPRINGLS__KERNEL(name, over)                                                                                             \
+    { SPRINGLS__ENTRY_KERNEL, #name, (int)SPRINGLS__KERNEL_##name, (int)SPRINGLS__OVER_##over, 0, NULL, NULL, NULL, NULL },
+#define SPRINGLS__KERNEL_WITH(name, over, arguments)                                                                             \
+    { SPRINGLS__ENTRY_KERNEL, #name, (int)SPRINGLS__KERNEL_##name, (int)SPRINGLS__OVER_##over, 0, NULL, NULL, arguments, NULL },
+/* Makes room for a role of the working memory (scratch.h), an element for each springl, brick or slot. */
+#define SPRINGLS__ROOM(role, over)                                                                                               \
+    { SPRINGLS__ENTRY_ROOM, #role, (int)SPRINGLS__ROLE_##role, (int)SPRINGLS__OVER_##over,                                       \
+      sizeof *springls__##role((const springls__model *)NULL), NULL, NULL, NULL, NULL },
+/* Exchanges two arrays: ARRAY_ and ROLE_ names. */
+#define SPRINGLS__SWAP(a, b)                                                                                                     \
+    { SPRINGLS__ENTRY_SWAP, #a ", " #b, (int)SPRINGLS__##a, (int)SPRINGLS__##b, 0, NULL, NULL, NULL, NULL },
+/* Runs another table; STAGE: while the clock of a stage runs. */
+#define SPRINGLS__CALL(table) { SPRINGLS__ENTRY_CALL, #table, -1, 0, 0, NULL, NULL, NULL, table },
+#define SPRINGLS__STAGE(name, table) { SPRINGLS__ENTRY_CALL, #table, (int)SPRINGLS_STAGE_##name, 0, 0, NULL, NULL, NULL, table },
+/* Begin a block, which runs once or again and again while a condition is true. */
+#define SPRINGLS__IF(condition) { SPRINGLS__ENTRY_IF, #condition, 0, 0, 0, NULL, condition, NULL, NULL },
+#define SPRINGLS__REPEAT_WHILE(condition) { SPRINGLS__ENTRY_REPEAT_WHILE, #condition, 0, 0, 0, NULL, condition, NULL, NULL },
+/* Ends a block, or the table. */
+#define SPRINGLS__END { SPRINGLS__ENTRY_END, "", 0, 0, 0, NULL, NULL, NULL, NULL },
+
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop.
 
@@ -13070,30 +13127,13 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 }
 
 /* ======== >>resumable  (src/runtime/resumable.h) =============================================================== */
-/* resumable.h - stages that can be left between two phases and resumed later.
-   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
-   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
-   ctx->work holds what one phase leaves for the next. A stage that does not read the phase has one phase. */
-
-/* Ends a phase: `phase` of the same stage follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
-{
-    ctx->work.phase = phase;
-    ctx->work.pending = true;
-    return SPRINGLS_OK;
-}
-
-/* Ends the last phase of a stage: all phases of another stage follow. */
-SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
-{
-    ctx->work.stage = stage;
-    ctx->work.repetition = 0;
-    return springls__next_phase(ctx, 0);
-}
+/* resumable.h - runs tables of entries (entries.h), so that they can be left after any entry and resumed later.
+   ctx->work has the place: the entry that follows, in the table at work and in those that have called it. An entry ends with at most
+   one loop over elements (springls__loop), which runs in pieces. */
 
 /* ---- loops in pieces ---- */
 
-/* Ends the phase with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
+/* Ends an entry with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
 SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
                                       void *arg)
 {
@@ -13107,7 +13147,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* Ends the phase with a loop: a kernel over `count` elements. A device runs it at once, whole. */
+/* Ends an entry with a loop: a kernel over `count` elements. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
@@ -13160,61 +13200,221 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- phases ---- */
+/* ---- tables ---- */
 
-SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls__place *springls__place_at_work(springls_context *ctx) { return &ctx->work.place[ctx->work.depth - 1]; }
+
+/* Returns how often the loop around the entry at work has been run to its end: 0 the first time. */
+SPRINGLS__FN int springls__round(const springls_context *ctx) { return ctx->work.place[ctx->work.depth - 1].round; }
+
+/* Returns true when an entry has counted some. */
+SPRINGLS__FN bool springls__found_some(const springls_context *ctx) { return ctx->work.found > 0; }
+
+/* Returns true for the first two rounds of a loop. */
+SPRINGLS__FN bool springls__twice(const springls_context *ctx) { return springls__round(ctx) < 2; }
+
+/* Begins a table, under the clock of a stage; -1: none. */
+SPRINGLS__FN void springls__enter(springls_context *ctx, const springls__entry *table, int stage)
 {
-    memset(&ctx->work, 0, sizeof ctx->work);
-    springls__next_stage(ctx, stage);
+    springls__place *place = &ctx->work.place[ctx->work.depth++];
+    SPRINGLS_ASSERT(ctx->work.depth <= SPRINGLS__MAX_CALLS);
+    memset(place, 0, sizeof *place);
+    place->table = table;
+    place->stage = stage;
+    if (stage >= 0) place->clock = springls__stage_begin(ctx, (springls_stage)stage);
 }
 
-SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !ctx->work.pending && !springls__in_loop(ctx); }
-
-SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
+/* Ends the table at work where it is. */
+SPRINGLS__FN void springls__leave(springls_context *ctx)
 {
+    const springls__place *place = &ctx->work.place[--ctx->work.depth];
+    if (place->stage >= 0) springls__stage_end(ctx, (springls_stage)place->stage, place->clock);
+}
+
+/* Stops the clocks of all stages at work, or lets them run on: see springls__place. The time in between does not count. */
+SPRINGLS__FN void springls__turn_clocks(springls_context *ctx)
+{
+    const double now = springls__now(ctx);
+    int i;
+    for (i = 0; i < ctx->work.depth; i++) ctx->work.place[i].clock = now - ctx->work.place[i].clock;
+}
+
+/* Returns the other end of a block, searched for from entry i on in direction `way`: 1 from its begin, -1 from its end; -1: what ends is
+   the table. */
+SPRINGLS__FN int springls__other_end(const springls__entry *table, int i, int way)
+{
+    int depth = way;
+    while (depth != 0 && (i += way) >= 0) {
+        if (table[i].kind == SPRINGLS__ENTRY_IF || table[i].kind == SPRINGLS__ENTRY_REPEAT_WHILE) depth++;
+        if (table[i].kind == SPRINGLS__ENTRY_END) depth--;
+    }
+    return i;
+}
+
+/* Ends the block or the table whose END has just been passed. */
+SPRINGLS__FN void springls__end_block(springls_context *ctx)
+{
+    springls__place *place = springls__place_at_work(ctx);
+    const int begin = springls__other_end(place->table, place->next - 1, -1);
+    if (begin < 0) {
+        springls__leave(ctx);
+    } else if (place->table[begin].kind == SPRINGLS__ENTRY_REPEAT_WHILE) {
+        place->round++;
+        place->next = begin;
+    }
+}
+
+/* Goes to the next entry that does something, if there is one: through blocks and into tables. */
+SPRINGLS__FN void springls__go_on(springls_context *ctx)
+{
+    while (ctx->work.depth > 0) {
+        springls__place *place = springls__place_at_work(ctx);
+        const springls__entry *entry = &place->table[place->next];
+        if (entry->kind < SPRINGLS__ENTRY_CALL) return;
+        place->next++;
+        if (entry->kind == SPRINGLS__ENTRY_CALL) {
+            springls__enter(ctx, entry->table, entry->what);
+        } else if (entry->kind == SPRINGLS__ENTRY_END) {
+            springls__end_block(ctx);
+        } else if (!(entry->when)(ctx)) {
+            if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE) place->round = 0;
+            place->next = springls__other_end(place->table, place->next - 1, 1) + 1;
+        }
+    }
+}
+
+/* Returns how many elements an extent has. */
+SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
+{
+    if (extent == (int)SPRINGLS__OVER_SPRINGLS) return ctx->model.set.count;
+    return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
+}
+
+/* Runs the kernel of an entry: to its end where elements meet, which is in order, or where a device has it. */
+SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
+{
+    const springls__kernel kernel = (springls__kernel)entry->what;
+    const springls__kernel_info *info = &springls__kernels[kernel];
+    const int count = springls__extent_of(ctx, entry->other);
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    if (entry->arguments) (entry->arguments)(ctx, &args);
+    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count));
+    if (info->ordered) springls__run(ctx, kernel, count, &args);
+    else springls__loop(ctx, kernel, count, &args);
+    return SPRINGLS_OK;
+}
+
+/* Ends a phase of a function that has several: `phase` follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
+{
+    ctx->work.phase = phase;
+    ctx->work.pending = true;
+    return SPRINGLS_OK;
+}
+
+/* Ends the last phase of a function: all phases of another one follow. */
+SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn run)
+{
+    ctx->work.run = run;
+    return springls__next_phase(ctx, 0);
+}
+
+/* Runs the function of an entry: its next phase. The entry is left after the last one. */
+SPRINGLS__FN springls_status springls__run_function_entry(springls_context *ctx, const springls__entry *entry)
+{
+    springls_status status;
     ctx->work.pending = false;
-    return (ctx->work.stage)(ctx);
+    status = (ctx->work.run ? ctx->work.run : entry->run)(ctx);
+    if (ctx->work.pending) {
+        springls__place_at_work(ctx)->next--;
+    } else {
+        ctx->work.run = NULL;
+        ctx->work.phase = 0;
+    }
+    return status;
 }
 
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
+/* Does what an entry says. It may end with a loop. */
+SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
+{
+    springls__place *place = springls__place_at_work(ctx);
+    const springls__entry *entry = &place->table[place->next++];
+    ctx->on_device = ctx->work.on_device && ctx->backend;
+    switch (entry->kind) {
+    case SPRINGLS__ENTRY_KERNEL: return springls__run_kernel_entry(ctx, entry);
+    case SPRINGLS__ENTRY_ROOM:
+        return springls__array_grow(ctx, (springls__array)entry->what, (size_t)springls__extent_of(ctx, entry->other), entry->element, 0);
+    case SPRINGLS__ENTRY_SWAP:
+        springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
+        springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
+        return SPRINGLS_OK;
+    default: return springls__run_function_entry(ctx, entry);
+    }
+}
+
+/* Resumes the table at work until the clock shows *until; NULL: to its end. Does at least one entry or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
-    while (!springls__phases_done(ctx)) {
-        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_phase(ctx));
+    springls__go_on(ctx);
+    while (ctx->work.depth > 0) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__do_entry(ctx));
         else if (until) springls__run_piece(ctx, *until);
         else springls__finish_loop(ctx);
         if (ctx->lost) return ctx->backend_status;
+        if (!springls__in_loop(ctx)) springls__go_on(ctx);
         if (until && springls__too_late(ctx, *until)) break;
     }
     return SPRINGLS_OK;
 }
 
-/* Runs all of a stage, also from inside a phase of another one. */
-SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
+/* Ends all tables at work where they are. */
+SPRINGLS__FN void springls__unwind(springls_context *ctx)
+{
+    while (ctx->work.depth > 0) springls__leave(ctx);
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+/* Runs a table under the clock of a stage (-1: none) to its end, also from inside an entry of another one. */
+SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stage, const springls__entry *table)
 {
     const springls__work outer = ctx->work;
     springls_status status;
-    springls__begin_phases(ctx, stage);
+    memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->work.on_device = ctx->on_device;
+    springls__enter(ctx, table, stage);
     status = springls__resume(ctx, NULL);
+    springls__unwind(ctx);
     ctx->work = outer;
     return status;
 }
 
-/* ---- the step in progress ---- */
-
-/* Stops the clock of the step's stage at work. */
-SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
+SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const springls__entry *table)
 {
-    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
-    ctx->step.stage = -1;
+    return springls__run_stage(ctx, -1, table);
+}
+
+/* Runs all phases of a function to their end, also from inside an entry. */
+SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn run)
+{
+    const springls__entry table[] = { SPRINGLS__DO(run) SPRINGLS__END };
+    return springls__run_table(ctx, table);
+}
+
+/* Begins a step: its table, from the next springls__resume_step on. */
+SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
+{
+    springls__enter(ctx, table, -1);
+    ctx->work.on_device = true;
+    ctx->step.active = true;
 }
 
 /* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
+    if (ctx->step.active) springls__turn_clocks(ctx);
+    springls__unwind(ctx);
     ctx->step.active = false;
-    memset(&ctx->work, 0, sizeof ctx->work);
 }
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
@@ -13561,11 +13761,12 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 }
 
 /* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
-SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
+SPRINGLS__FN springls_status springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+    return SPRINGLS_OK;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
@@ -13609,6 +13810,14 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+}
+
+/* Returns true when the stage at work adds springls. */
+SPRINGLS__FN bool springls__adds_springls(const springls_context *ctx) { return ctx->work.added > 0; }
+
+SPRINGLS__FN void springls__insert_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->insert.count = ctx->work.added;
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */
@@ -15420,34 +15629,36 @@ SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+SPRINGLS__FN springls_status springls__displace_springls(springls_context *ctx) { return springls__displace_all(&ctx->motion); }
 
-/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
-   displacements are computed again with a dt a little shorter than a uniform force would need. After TRIES attempts the limit is
-   dropped. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
+/* Finds whether all displacements are to be computed again: where a particle would go further than max_displacement (0: no limit), with a
+   dt a little shorter than a uniform force would need. After TRIES attempts the limit is dropped. */
+SPRINGLS__FN springls_status springls__check_motion(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *motion = &ctx->motion;
-    int count = ctx->model.set.count;
-    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace_all(motion));
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
-    }
     springls__displaced(motion);
     if (motion->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE,
                               "advect: a force is NaN, or would move a springl by 1e9 voxels or more, at time %g",
                               (double)motion->time);
-    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
-        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
-    }
+    motion->again = motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES;
+    if (motion->again) motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__displaces(const springls_context *ctx) { return springls__round(ctx) == 0 || ctx->motion.again; }
+
+/* Takes the motion over. */
+SPRINGLS__FN springls_status springls__take_motion(springls_context *ctx)
+{
+    const springls__motion *motion = &ctx->motion;
+    const int count = ctx->model.set.count;
     if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
-        SPRINGLS__TRY(springls__take_moved(motion));
+        SPRINGLS__TRY(springls__take_moved(&ctx->motion));
         ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
@@ -15455,6 +15666,15 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     return SPRINGLS_OK;
 }
+
+/* Moves all springls by the context's motion. */
+static const springls__entry springls__advect[] = {
+    SPRINGLS__REPEAT_WHILE(springls__displaces)
+        SPRINGLS__DO(springls__displace_springls) /* eq. 1, 2 */
+        SPRINGLS__DO(springls__check_motion)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__take_motion)
+SPRINGLS__END };
 
 /* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
 SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)
@@ -16200,92 +16420,93 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 }
 
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
-SPRINGLS__FN void springls__find_awake_now(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     if (!springls__may_sleep(ctx)) {
         springls__wake_all(ctx);
-        return;
+        return SPRINGLS_OK;
     }
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;
-    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return; /* saves a blocking read */
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
-}
-
-enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
-
-/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
-   sleep. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
-{
-    if (!springls__may_sleep(ctx)) {
-        springls__wake_all(ctx);
-        return SPRINGLS_OK;
-    }
-    if (ctx->work.phase == SPRINGLS__ROUSE_MEASURE) {
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-        springls__loop(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__ROUSE_STIR);
-    }
-    springls__run(ctx, SPRINGLS__KERNEL_calm, ctx->model.grid.active_count, NULL);
-    springls__stir(ctx, which, 0, ctx->model.set.count);
-    springls__find_awake_now(ctx);
     return SPRINGLS_OK;
 }
 
-/* Finds the bricks that have to follow springls which have moved before. */
-SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+SPRINGLS__FN springls_status springls__stir_moved(springls_context *ctx)
 {
-    return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__stir(ctx, SPRINGLS__STIR_AWAY, 0, ctx->model.set.count);
+    return SPRINGLS_OK;
 }
+
+/* Ends the calm of what has just moved or, where nothing has, of what had moved before. */
+SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
+{
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    return SPRINGLS_OK;
+}
+
+/* Returns true where the bricks that are awake may have become others by the last motion. */
+SPRINGLS__FN bool springls__may_rouse(const springls_context *ctx) { return !(ctx->motion.still && ctx->at_rest); }
+
+static const springls__entry springls__count_calm[] = {
+    SPRINGLS__ROOM(synced_distance2, SPRINGLS)
+    SPRINGLS__KERNEL(displacement, SPRINGLS)
+    SPRINGLS__KERNEL(calm, BRICKS)
+SPRINGLS__END };
+
+/* Finds the bricks that are awake, after the springls have moved. */
+static const springls__entry springls__rouse[] = {
+    SPRINGLS__IF(springls__may_rouse)
+        SPRINGLS__IF(springls__may_sleep)
+            SPRINGLS__CALL(springls__count_calm)
+            SPRINGLS__DO(springls__stir_moving)
+        SPRINGLS__END
+        SPRINGLS__DO(springls__find_awake)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Finds the bricks that have to follow springls which have moved before. */
+static const springls__entry springls__rouse_moved[] = {
+    SPRINGLS__IF(springls__may_sleep)
+        SPRINGLS__CALL(springls__count_calm)
+        SPRINGLS__DO(springls__stir_moved)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__find_awake)
+SPRINGLS__END };
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a
-   good springl is further from the old zero level than contract allows. Ends with a loop. */
-SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
-{
-    springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
+SPRINGLS__FN bool springls__has_springls(const springls_context *ctx) { return ctx->model.set.count > 0; }
 
-/* Decides for each springl whether it stays, is reshaped or removed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
+/* Lets thin sheets, and bodies that touch, be searched for. */
+SPRINGLS__FN springls_status springls__contract_begin(springls_context *ctx)
 {
     const springls_params *params = &ctx->model.params;
-    springls__arguments args;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    if (params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
-    args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
-    springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
-    return SPRINGLS_OK;
+    return params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__contract_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
+    args->contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
 }
 
 /* Counts the springls that have been reshaped. */
-SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
+SPRINGLS__FN springls_status springls__triangles_reshaped(springls_context *ctx)
 {
     springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
                           SPRINGLS__RESHAPE);
     springls__triangles_changed(ctx);
     ctx->neighbors_uses = 0;
-}
-
-/* Marks springls that may be merged as undecided, for rounds of merging. */
-SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
-{
-    const int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -16340,65 +16561,57 @@ SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__CONTRACT_FIND,
-    SPRINGLS__CONTRACT_RESHAPE,
-    SPRINGLS__CONTRACT_RESHAPED,
-    SPRINGLS__CONTRACT_MERGE,
-    SPRINGLS__CONTRACT_MERGED,
-    SPRINGLS__CONTRACT_MERGE_BY_RANK,
-    SPRINGLS__CONTRACT_REMOVE
-};
+SPRINGLS__FN bool springls__merges_springls(const springls_context *ctx) { return ctx->model.params.merge_distance > 0.0f; }
 
-/* Ends a round of merging; returns the phase that follows. Where springls are dense, a round decides only a few and searches around
-   all. */
-SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx)
+/* Counts the springls that rounds of merging have left undecided, when rounds are to be checked. */
+SPRINGLS__FN springls_status springls__end_merge_round(springls_context *ctx)
 {
-    const int most = 16, count = ctx->model.set.count, rounds = ++ctx->work.repetition;
-    int undecided;
-    springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
-    undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
-    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+    if (springls__checks_traded_round(ctx, springls__round(ctx) + 1))
+        ctx->work.found = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED);
+    return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
+/* Returns true while another round of merging is to be done: not where springls are so dense that a round decides only a few and searches
+   around all. */
+SPRINGLS__FN bool springls__merges_in_rounds(const springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CONTRACT_FIND:
-        if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(springls__find_poor(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
-    case SPRINGLS__CONTRACT_RESHAPE:
-        springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
-    case SPRINGLS__CONTRACT_RESHAPED:
-        springls__triangles_reshaped(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-        SPRINGLS__TRY(springls__merge_begin(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
-    case SPRINGLS__CONTRACT_MERGE:
-        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
-    case SPRINGLS__CONTRACT_MERGED:
-        return springls__next_phase(ctx, springls__phase_after_merging(ctx));
-    case SPRINGLS__CONTRACT_MERGE_BY_RANK:
-        SPRINGLS__TRY(springls__merge_by_rank(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-    case SPRINGLS__CONTRACT_REMOVE:
-    default:
-        return springls__remove_poor(ctx);
-    }
+    const int most = 16, rounds = springls__round(ctx), undecided = ctx->work.found;
+    if (rounds == 0 || !springls__checks_traded_round(ctx, rounds)) return true;
+    return undecided > 0 && rounds < most && undecided < ctx->model.set.count / 8;
 }
 
-/* Contracts by phi as it is now. */
-SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__sample_phi(ctx));
-    return springls__next_stage(ctx, springls__contract);
-}
+/* Merges springls: marks those that may be merged as undecided, then decides about them. */
+static const springls__entry springls__merge[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(next_contract_action, SPRINGLS)
+    SPRINGLS__KERNEL(merge_begin, SPRINGLS)
+    SPRINGLS__REPEAT_WHILE(springls__merges_in_rounds)
+        SPRINGLS__KERNEL(merge, SPRINGLS)
+        SPRINGLS__SWAP(ROLE_contract_action, ROLE_next_contract_action)
+        SPRINGLS__DO(springls__end_merge_round)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__found_some) SPRINGLS__DO(springls__merge_by_rank) SPRINGLS__END
+SPRINGLS__END };
+
+/* Decides for each springl whether it stays, is reshaped, merged or removed, by phi_n: phi at its particle. */
+static const springls__entry springls__contract[] = {
+    SPRINGLS__IF(springls__has_springls)
+        SPRINGLS__ROOM(contract_action, SPRINGLS)
+        SPRINGLS__DO(springls__contract_begin)
+        SPRINGLS__KERNEL_WITH(contract, SPRINGLS, springls__contract_args)
+        SPRINGLS__KERNEL(reshape, SPRINGLS)
+        SPRINGLS__DO(springls__triangles_reshaped)
+        SPRINGLS__IF(springls__merges_springls) SPRINGLS__CALL(springls__merge) SPRINGLS__END
+        SPRINGLS__DO(springls__remove_poor)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Contracts by phi as it is now. Algorithm 2 samples phi before springls move: after a step as long as d_max a good springl is further
+   from the old zero level than contract allows. */
+static const springls__entry springls__contract_now[] = {
+    SPRINGLS__KERNEL(sample_phi, SPRINGLS)
+    SPRINGLS__CALL(springls__contract)
+SPRINGLS__END };
 
 /* ======== >>topology  (src/stages/topology.h) ================================================================== */
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
@@ -20528,75 +20741,78 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
-enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
-
-SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
+SPRINGLS__FN springls_status springls__take_evolved(springls_context *ctx)
 {
-    switch (ctx->work.phase) {
-    case SPRINGLS__EVOLVE_OMEGA:
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
-    case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
-    case SPRINGLS__EVOLVE_COMMIT:
-    default:
-        springls__commit_phi(ctx, 1);
-        springls__mark_phi_synced(ctx);
-        return SPRINGLS_OK;
-    }
+    springls__commit_phi(ctx, 1);
+    return springls__mark_phi_synced(ctx);
 }
+
+static const springls__entry springls__evolve[] = {
+    SPRINGLS__DO(springls__omega_build) /* eq. 21 */
+    SPRINGLS__KERNEL(evolve, BRICKS) /* eq. 23 */
+    SPRINGLS__DO(springls__take_evolved)
+SPRINGLS__END };
 
 /* ======== >>fill_from_springls  (src/stages/fill_from_springls.h) ============================================== */
 /* fill_from_springls.h - fills holes among springls (params.fill_from_springls). Where a sheet is thin the zero level comes and
    goes with the voxels that happen to lie inside; the springls beside a hole give a better place. */
 
-/* Finds the springls missing beside others. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
+/* Counts the seeds that have neither been chosen nor dropped. */
+SPRINGLS__FN springls_status springls__count_undecided_seeds(springls_context *ctx)
 {
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
+    const springls__array actions = SPRINGLS__ROLE_ARRAY(seed_action);
+    ctx->work.found = springls__count_of(ctx, actions, ctx->model.set.count, SPRINGLS__UNDECIDED);
     return SPRINGLS_OK;
 }
 
-/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
-SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
+/* The same at the end of a round, when rounds are to be checked. */
+SPRINGLS__FN springls_status springls__end_seed_round(springls_context *ctx)
 {
-    return springls__checks_traded_round(ctx, rounds)
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+    return springls__checks_traded_round(ctx, springls__round(ctx) + 1) ? springls__count_undecided_seeds(ctx) : SPRINGLS_OK;
 }
 
-/* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
-SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
+/* Counts the chosen seeds in ctx->work.added, as many as there is room for, and makes that room. */
+SPRINGLS__FN springls_status springls__count_seeds(springls_context *ctx)
 {
-    springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
     ctx->work.added = room;
-    if (room == 0) return SPRINGLS_OK;
-    args.insert.count = room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__loop(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    return SPRINGLS_OK;
+    return room > 0 ? springls__constellation_reserve(ctx, count + room) : SPRINGLS_OK;
 }
 
 /* Adds the seeds that were written to the springls of the model. */
-SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
+SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
 {
     int count = ctx->model.set.count, added = springls__count_stored(ctx);
-    if (added == 0) return;
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
     springls__constellation_changed(ctx);
+    return springls__attributes_after_fill(ctx, count);
 }
+
+/* Finds the springls missing beside others, chooses those that keep their distance from each other, and adds them. */
+static const springls__entry springls__fill_holes[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(seeds, SPRINGLS)
+    SPRINGLS__ROOM(seed_action, SPRINGLS)
+    SPRINGLS__ROOM(next_seed_action, SPRINGLS)
+    SPRINGLS__ROOM(seed_number, SPRINGLS)
+    SPRINGLS__KERNEL(seed, SPRINGLS)
+    SPRINGLS__DO(springls__count_undecided_seeds)
+    SPRINGLS__REPEAT_WHILE(springls__found_some)
+        SPRINGLS__KERNEL(seed_choose, SPRINGLS)
+        SPRINGLS__SWAP(ROLE_seed_action, ROLE_next_seed_action)
+        SPRINGLS__DO(springls__end_seed_round)
+    SPRINGLS__END
+    SPRINGLS__KERNEL(seed_count, SPRINGLS)
+    SPRINGLS__DO(springls__count_seeds)
+    SPRINGLS__IF(springls__adds_springls)
+        SPRINGLS__KERNEL_WITH(insert_seeds, SPRINGLS, springls__insert_args)
+        SPRINGLS__DO(springls__seeds_inserted)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
 /* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
@@ -20647,52 +20863,30 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
-enum {
-    SPRINGLS__FILL_FIND_SEEDS,
-    SPRINGLS__FILL_CHOOSE_SEEDS,
-    SPRINGLS__FILL_SEEDS_CHOSEN,
-    SPRINGLS__FILL_SEEDS_INSERTED,
-    SPRINGLS__FILL_FIND_EXPOSED,
-    SPRINGLS__FILL_EXPOSED
-};
+SPRINGLS__FN bool springls__fills_from_springls(const springls_context *ctx) { return ctx->model.params.fill_from_springls != 0; }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* Finds what springls leave bare. After filling from springls, less of the zero level is. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, less of the zero level is bare */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels */
     const float d_max = ctx->model.params.d_max;
-    const int count = ctx->model.set.count;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__FILL_FIND_SEEDS:
-        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-        SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
-    case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
-            springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-            return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
-        }
-        SPRINGLS__TRY(springls__insert_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
-    case SPRINGLS__FILL_SEEDS_CHOSEN:
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
-    case SPRINGLS__FILL_SEEDS_INSERTED:
-        springls__seeds_inserted(ctx);
-        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-    case SPRINGLS__FILL_FIND_EXPOSED:
-        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
-                                          springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
-    case SPRINGLS__FILL_EXPOSED:
-    default:
-        SPRINGLS__TRY(springls__fill_exposed(ctx));
-        springls__fit_new_springls(ctx, count);
-        return springls__attributes_after_fill(ctx, count);
-    }
+    if (!springls__fills_from_springls(ctx)) return springls__find_exposed(ctx, d_max, d_max);
+    return springls__find_exposed(ctx, springls__max(covered, d_max), on_sheets);
 }
+
+SPRINGLS__FN springls_status springls__fill_bare(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
+    springls__fit_new_springls(ctx, count);
+    return springls__attributes_after_fill(ctx, count);
+}
+
+static const springls__entry springls__fill_gaps[] = {
+    SPRINGLS__IF(springls__fills_from_springls) SPRINGLS__CALL(springls__fill_holes) SPRINGLS__END
+    SPRINGLS__DO(springls__find_bare)
+    SPRINGLS__DO(springls__fill_bare)
+SPRINGLS__END };
 
 /* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
 /* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
@@ -20714,39 +20908,28 @@ SPRINGLS__FN springls_status springls__change_band(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
-
 /* Moves the band to where phi is small now. */
-SPRINGLS__FN springls_status springls__band_follow(springls_context *ctx)
+static const springls__entry springls__band_follow[] = {
+    SPRINGLS__ROOM(band_mask, BRICKS)
+    SPRINGLS__KERNEL(band, BRICKS)
+    SPRINGLS__DO(springls__change_band)
+SPRINGLS__END };
+
+/* Returns true while phi is to be swept again: once a voxel of the band. */
+SPRINGLS__FN bool springls__sweeps_band(const springls_context *ctx)
 {
-    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_band(ctx);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, ctx->model.grid.active_count));
-    springls__loop(ctx, SPRINGLS__KERNEL_band, ctx->model.grid.active_count, NULL);
-    return springls__next_phase(ctx, SPRINGLS__BAND_CHANGE);
+    return springls__round(ctx) < (int)ctx->model.params.band_half_width;
 }
 
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
-{
-    return springls__run_to_completion(ctx, springls__band_follow);
-}
-
-enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
-
-SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
-{
-    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
-    switch (ctx->work.phase) {
-    case SPRINGLS__REBUILD_INTERFACE:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    case SPRINGLS__REBUILD_SWEEP:
-    default:
-        springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__next_stage(ctx, springls__band_follow);
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    }
-}
+static const springls__entry springls__rebuild[] = {
+    SPRINGLS__KERNEL(subvoxel, BRICKS)
+    SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__REPEAT_WHILE(springls__sweeps_band)
+        SPRINGLS__KERNEL(redistance, BRICKS)
+        SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__END
+    SPRINGLS__CALL(springls__band_follow)
+SPRINGLS__END };
 
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
@@ -20766,102 +20949,101 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 }
 
 /* Counts the use of the lists, which are complete now. */
-SPRINGLS__FN void springls__neighbors_found(springls_context *ctx)
+SPRINGLS__FN springls_status springls__neighbors_found(springls_context *ctx)
 {
     const bool searched = ctx->neighbors_uses == 0 || ctx->neighbors_missing;
     ctx->neighbors_missing = searched && ctx->model.grid.some_asleep;
     ctx->neighbors_uses = ctx->neighbors_uses > 0 ? ctx->neighbors_uses - 1 : ctx->model.params.resample_period;
+    return SPRINGLS_OK;
 }
 
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
 
-enum {
-    SPRINGLS__RELAX_BEGIN,
-    SPRINGLS__RELAX_SHORTENED,
-    SPRINGLS__RELAX_FIND_NEIGHBORS,
-    SPRINGLS__RELAX_NEIGHBORS_FOUND,
-    SPRINGLS__RELAX_ITERATE,
-    SPRINGLS__RELAX_ITERATED,
-    SPRINGLS__RELAX_COVER,
-    SPRINGLS__RELAX_COVERED
-};
-
 /* Replaces the springls by those that a kernel has written to relaxed_springls. */
-SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+SPRINGLS__FN springls_status springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
     springls__triangles_changed(ctx);
+    return SPRINGLS_OK;
 }
 
-/* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
-SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool covers)
+SPRINGLS__FN bool springls__may_relax(const springls_context *ctx)
 {
-    const springls_params *params = &ctx->model.params;
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    args.relax.kept = ctx->work.kept;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (!params->cover) return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-        springls__loop(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_SHORTENED);
-    case SPRINGLS__RELAX_SHORTENED:
-        springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
-        ctx->work.kept = true;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-    case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__RELAX_NEIGHBORS_FOUND);
-    case SPRINGLS__RELAX_NEIGHBORS_FOUND:
-        springls__neighbors_found(ctx);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_ITERATE:
-        if (ctx->work.repetition == params->relax_iterations)
-            return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
-    case SPRINGLS__RELAX_ITERATED:
-        springls__take_relaxed(ctx);
-        ctx->work.kept = false;
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
-    case SPRINGLS__RELAX_COVERED:
-    default:
-        springls__take_relaxed(ctx);
-        return SPRINGLS_OK;
-    }
+    return ctx->model.set.count > 0 && ctx->model.params.relax_iterations > 0;
 }
 
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
-SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
+SPRINGLS__FN bool springls__covers(const springls_context *ctx) { return ctx->model.params.cover && springls__may_relax(ctx); }
+
+/* Returns true while springls are to be relaxed once more. */
+SPRINGLS__FN bool springls__iterates_relaxation(const springls_context *ctx)
+{
+    return springls__round(ctx) < ctx->model.params.relax_iterations;
+}
+
+/* After shorten_arms, springls with their own arms stay in relaxed_springls, for those that are asleep. */
+SPRINGLS__FN void springls__relax_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->relax.kept = ctx->model.params.cover && springls__round(ctx) == 0;
+}
+
+static const springls__entry springls__begin_relaxation[] = {
+    SPRINGLS__ROOM(relaxed_springls, SPRINGLS)
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__KERNEL(shorten_arms, SPRINGLS)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__neighbors_build)
+    SPRINGLS__DO(springls__neighbors_found)
+SPRINGLS__END };
+
+/* Algorithm 1: relaxes springls; their triangles stay as they are. */
+static const springls__entry springls__relax_normals[] = {
+    SPRINGLS__IF(springls__may_relax)
+        SPRINGLS__CALL(springls__begin_relaxation)
+        SPRINGLS__REPEAT_WHILE(springls__iterates_relaxation)
+            SPRINGLS__KERNEL_WITH(relax, SPRINGLS, springls__relax_args) /* eq. 3 to 20 */
+            SPRINGLS__DO(springls__take_relaxed)
+        SPRINGLS__END
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Algorithm 1: each gets the triangle of its share of the surface at the end, if params.cover. */
+static const springls__entry springls__relax[] = {
+    SPRINGLS__CALL(springls__relax_normals)
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__KERNEL(cover, SPRINGLS)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* Measures the shares of all springls again, after some springls have come or gone. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+static const springls__entry springls__cover[] = {
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__CALL(springls__begin_relaxation)
+        SPRINGLS__KERNEL_WITH(cover, SPRINGLS, springls__relax_args)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Makes room for the search that tells bodies apart. */
+SPRINGLS__FN springls_status springls__orient_begin(springls_context *ctx)
 {
-    springls_status status = springls__next_stage(ctx, springls__relax);
-    ctx->work.repetition = ctx->model.params.relax_iterations;
-    return status;
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
-
-/* Turns flipped triangles round (section 4.3.1). */
-SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
+SPRINGLS__FN springls_status springls__triangles_oriented(springls_context *ctx)
 {
-    if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
-        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
-    }
     ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
+
+/* Turns flipped triangles round (section 4.3.1). */
+static const springls__entry springls__orient[] = {
+    SPRINGLS__DO(springls__orient_begin)
+    SPRINGLS__KERNEL(orient, SPRINGLS)
+    SPRINGLS__DO(springls__triangles_oriented)
+SPRINGLS__END };
 
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
@@ -20879,42 +21061,37 @@ SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__RESAMPLE_FIND, SPRINGLS__RESAMPLE_SPLIT, SPRINGLS__RESAMPLE_STORE, SPRINGLS__RESAMPLE_STORED };
-
-SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
+/* Makes room for the springls that come of splits, and for what they inherit. */
+SPRINGLS__FN springls_status springls__split_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    int added;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RESAMPLE_FIND:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-        springls__loop(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_SPLIT);
-    case SPRINGLS__RESAMPLE_SPLIT:
-        SPRINGLS__TRY(springls__count_splits(ctx));
-        if (ctx->work.added == 0) return SPRINGLS_OK;
-        args.insert.count = ctx->work.added;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
-        SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
-        SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
-        springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORE);
-    case SPRINGLS__RESAMPLE_STORE:
-        args.insert.count = ctx->work.added;
-        springls__loop(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
-    case SPRINGLS__RESAMPLE_STORED:
-    default:
-        added = springls__count_stored(ctx);
-        springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
-        ctx->stats.split += added;
-        springls__constellation_changed(ctx);
-        springls__attributes_after_split(ctx, count);
-        return SPRINGLS_OK;
-    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + ctx->work.added));
+    return springls__attributes_before_split(ctx, ctx->work.added);
 }
+
+/* Adds the springls that were written to those of the model. */
+SPRINGLS__FN springls_status springls__splits_stored(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, added = springls__count_stored(ctx);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+    ctx->stats.split += added;
+    springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__resample[] = {
+    SPRINGLS__ROOM(split_number, SPRINGLS)
+    SPRINGLS__KERNEL(overgrown, SPRINGLS)
+    SPRINGLS__DO(springls__count_splits)
+    SPRINGLS__IF(springls__adds_springls)
+        SPRINGLS__DO(springls__split_begin)
+        SPRINGLS__KERNEL_WITH(split, SPRINGLS, springls__insert_args)
+        SPRINGLS__KERNEL_WITH(split_store, SPRINGLS, springls__insert_args)
+        SPRINGLS__DO(springls__splits_stored)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* ======== >>track  (src/stages/track.h) ======================================================================== */
 /* track.h - keeps correspondences on the original surface (section 4.7).
@@ -20924,11 +21101,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
    by the height of a chord; phi_ref pulls it back onto it (eq. 26). Ids are given once and never again, and a new springl
    notes the id of its parent and how many splits and fills lead to it, so that a place can be followed back to where it came from. */
 
-SPRINGLS__FN springls_status springls__track(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
+static const springls__entry springls__track[] = { SPRINGLS__KERNEL(track, SPRINGLS) /* eq. 26 */ SPRINGLS__END };
 
 /* ======== >>unsigned_to_signed  (src/stages/unsigned_to_signed.h) ============================================== */
 /* unsigned_to_signed.h - makes the level set from springls alone (section 4.5): the background grows from the whole border of
@@ -21005,108 +21178,98 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__SIGN_OMEGA,
-    SPRINGLS__SIGN_GROW_BRICKS,
-    SPRINGLS__SIGN_GROW_COARSE,
-    SPRINGLS__SIGN_GROW_FINE,
-    SPRINGLS__SIGN_SIDES,
-    SPRINGLS__SIGN_COMMIT
-};
-
-SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
+/* Activates the bricks around springls, and no others. */
+SPRINGLS__FN springls_status springls__sign_begin(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0)
-            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
-    case SPRINGLS__SIGN_GROW_BRICKS:
-        SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
-    case SPRINGLS__SIGN_GROW_COARSE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
-    case SPRINGLS__SIGN_GROW_FINE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
-    case SPRINGLS__SIGN_SIDES:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
-    case SPRINGLS__SIGN_COMMIT:
-    default:
-        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
-        springls__mark_phi_synced(ctx);
-        return springls__next_stage(ctx, springls__rebuild);
-    }
+    if (ctx->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+    return springls__bricks_around_springls(ctx);
 }
+
+SPRINGLS__FN springls_status springls__grow_coarse(springls_context *ctx) { return springls__grow_voxels(ctx, 4, INT32_MAX); }
+
+SPRINGLS__FN springls_status springls__grow_fine(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+    return springls__grow_voxels(ctx, 1, 2);
+}
+
+SPRINGLS__FN bool springls__knows_sides(const springls_context *ctx) { return ctx->model.params.project_level_set != 0; }
+
+static const springls__entry springls__unsigned_to_signed[] = {
+    SPRINGLS__DO(springls__sign_begin)
+    SPRINGLS__DO(springls__omega_build) /* eq. 21 */
+    SPRINGLS__DO(springls__grow_bricks)
+    SPRINGLS__DO(springls__grow_coarse)
+    SPRINGLS__DO(springls__grow_fine)
+    SPRINGLS__IF(springls__knows_sides)
+        SPRINGLS__KERNEL(sides, BRICKS)
+        SPRINGLS__DO(springls__resolve_regions)
+    SPRINGLS__END
+    SPRINGLS__KERNEL(with_sign, BRICKS)
+    SPRINGLS__DO(springls__mark_phi_synced)
+    SPRINGLS__CALL(springls__rebuild)
+SPRINGLS__END };
 
 /* ======== >>keep_edges  (src/stages/keep_edges.h) ============================================================== */
 /* keep_edges.h - keeps sharp edges sharp (params.keep_edges): a springl at a crease belongs to one side of it. Places stay
    exact when springls move; what wears off are normals, which neighbors across the crease turn, and whatever is averaged over
    both sides. */
 
-enum {
-    SPRINGLS__EDGES_NORMALS,
-    SPRINGLS__EDGES_CANDIDATES,
-    SPRINGLS__EDGES_SIDES,
-    SPRINGLS__EDGES_TURN,
-    SPRINGLS__EDGES_TURNED
-};
-
-/* Finds the springls at creases (edge), and the normal that each has on its side; with `search` in a model that has just been set
-   (springls__edge_arguments), else it turns them, each about its particle, into their sides. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
+/* Makes room for the marks of cells with springls that were at an edge. */
+SPRINGLS__FN springls_status springls__edge_cells_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    switch (ctx->work.phase) {
-    case SPRINGLS__EDGES_NORMALS:
-        SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_cells, 2 * (size_t)ctx->model.grid.slot_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_CANDIDATES);
-    case SPRINGLS__EDGES_CANDIDATES:
-        args.edge.search = search;
-        if (!search) springls__run(ctx, SPRINGLS__KERNEL_edge_cells, ctx->model.grid.slot_count, NULL);
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_SIDES);
-    case SPRINGLS__EDGES_SIDES:
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_TURN);
-    case SPRINGLS__EDGES_TURN:
-        ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
-        if (search) return SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_turn, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_TURNED);
-    case SPRINGLS__EDGES_TURNED:
-    default:
-        ctx->omega_fresh = false;
-        ctx->springl_surface_fresh = false;
-        return SPRINGLS_OK;
-    }
+    return SPRINGLS__RESERVE(ctx, edge_cells, 2 * (size_t)ctx->model.grid.slot_count);
 }
 
-SPRINGLS__FN springls_status springls__sort_new_sides(springls_context *ctx) { return springls__sort_sides(ctx, true); }
-
-/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
-   edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_edges(springls_context *ctx)
 {
-    return springls__run_to_completion(ctx, springls__sort_new_sides);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
+    return SPRINGLS_OK;
 }
 
-/* Turns springls at a crease into their sides. */
-SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { return springls__sort_sides(ctx, false); }
+/* Notes that springls have been turned about their particles, which stay. */
+SPRINGLS__FN springls_status springls__sides_turned(springls_context *ctx)
+{
+    ctx->omega_fresh = false;
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__edge_normals[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(side_normal, SPRINGLS)
+    SPRINGLS__ROOM(edge_candidate, SPRINGLS)
+    SPRINGLS__ROOM(was_at_edge, SPRINGLS)
+    SPRINGLS__DO(springls__edge_cells_begin)
+    SPRINGLS__KERNEL(edge_normal, SPRINGLS)
+SPRINGLS__END };
+
+SPRINGLS__FN void springls__search_args(const springls_context *ctx, springls__arguments *args)
+{
+    (void)ctx;
+    args->edge.search = 1;
+}
+
+/* Finds the springls at creases (edge), and the normal that each has on its side, in a model that has just been set. Later no others are
+   searched for: what bends sharply in motion is no edge. */
+static const springls__entry springls__find_edges[] = {
+    SPRINGLS__CALL(springls__edge_normals)
+    SPRINGLS__KERNEL_WITH(edge_candidate, SPRINGLS, springls__search_args)
+    SPRINGLS__KERNEL(edge_side, SPRINGLS)
+    SPRINGLS__DO(springls__count_edges)
+SPRINGLS__END };
+
+/* Turns springls at a crease, each about its particle, into their sides. */
+static const springls__entry springls__keep_edges[] = {
+    SPRINGLS__CALL(springls__edge_normals)
+    SPRINGLS__KERNEL(edge_cells, SLOTS)
+    SPRINGLS__KERNEL(edge_candidate, SPRINGLS)
+    SPRINGLS__KERNEL(edge_side, SPRINGLS)
+    SPRINGLS__DO(springls__count_edges)
+    SPRINGLS__KERNEL(edge_turn, SPRINGLS)
+    SPRINGLS__DO(springls__sides_turned)
+SPRINGLS__END };
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
 /* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
@@ -21123,38 +21286,64 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { retur
    The side, in or out, is never guessed from one springl: it is carried along, and where nothing near has a say the voxels around
    decide. Two sweeps make phi a distance again beyond the springls' reach, and the band moves with its zero level. */
 
-/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
-SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
+/* Counts the bricks that need some rounds more. On a device rounds that do nothing cost less than waiting for a count. */
+SPRINGLS__FN springls_status springls__count_bricks(springls_context *ctx, springls__array flags)
 {
-    return ctx->on_device
-        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    ctx->work.found = ctx->on_device ? 1 : springls__count_of(ctx, flags, ctx->model.grid.active_count, 1);
+    return SPRINGLS_OK;
+}
+
+/* Counts bricks of phi_next with voxels whose side is unknown. */
+SPRINGLS__FN springls_status springls__count_unknown_sides(springls_context *ctx)
+{
+    return springls__count_bricks(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side));
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
 
-/* Resolves unknown sides from their neighbors, one round of SPRINGLS__SIDE_ROUNDS. This needs a third field: the memory of omega,
-   which is found again when it is next used. Ends with a loop. */
-SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
+SPRINGLS__FN bool springls__resolves_sides(const springls_context *ctx) { return springls__round(ctx) < SPRINGLS__SIDE_ROUNDS; }
+
+SPRINGLS__FN void springls__resolve_args(const springls_context *ctx, springls__arguments *args)
 {
     const float sure = 0.5f; /* least sum of the first rounds, which leaves out neighbors next to the surface */
-    const springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    if (round == 0) springls__omega_constant(ctx, g->far_value, -g->far_value);
-    ctx->omega_fresh = false;
-    args.resolve.first = round == 0;
-    args.resolve.last = round == SPRINGLS__SIDE_ROUNDS - 1;
-    args.resolve.min_sum = args.resolve.last ? 0.0f : sure;
-    springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
+    args->resolve.first = springls__round(ctx) == 0;
+    args->resolve.last = springls__round(ctx) == SPRINGLS__SIDE_ROUNDS - 1;
+    args->resolve.min_sum = args->resolve.last ? 0.0f : sure;
 }
 
+/* Makes the memory of omega a third field; omega is found again when it is next used. */
+SPRINGLS__FN springls_status springls__lend_omega(springls_context *ctx)
+{
+    springls__omega_constant(ctx, ctx->model.grid.far_value, -ctx->model.grid.far_value);
+    ctx->omega_fresh = false;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__return_omega(springls_context *ctx)
+{
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
+    return SPRINGLS_OK;
+}
+
+/* Resolves unknown sides from their neighbors. */
+static const springls__entry springls__resolve_sides[] = {
+    SPRINGLS__DO(springls__lend_omega)
+    SPRINGLS__REPEAT_WHILE(springls__resolves_sides)
+        SPRINGLS__KERNEL_WITH(resolve_sides, BRICKS, springls__resolve_args)
+        SPRINGLS__SWAP(ARRAY_PHI_NEXT, ARRAY_OMEGA)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__return_omega)
+SPRINGLS__END };
+
 /* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
-SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_opposed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
-    if (ctx->model.params.lazy_distance == 0.0f) return;
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
     springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
     springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
                           SPRINGLS__OPPOSED_ASLEEP);
+    return SPRINGLS_OK;
 }
 
 /* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
@@ -21171,149 +21360,101 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
-SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
+/* Counts bricks where parts of limbs that run between voxels may have to be joined. */
+SPRINGLS__FN springls_status springls__count_joint_candidates(springls_context *ctx)
 {
-    return ctx->on_device
-        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return springls__count_bricks(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates));
 }
 
-enum {
-    SPRINGLS__TIDY_FIND,
-    SPRINGLS__TIDY_JOIN,
-    SPRINGLS__TIDY_JOINED,
-    SPRINGLS__TIDY_SPECKS,
-    SPRINGLS__TIDY_SPECKS_REMOVED
-};
+/* Joins the parts of limbs, in the bricks that have joint candidates: parts that have joined each other in the first round may join the
+   rest in the second. Then removes small parts. */
+static const springls__entry springls__tidy[] = {
+    SPRINGLS__IF(springls__removes_specks)
+        SPRINGLS__DO(springls__cell_list_cover)
+        SPRINGLS__ROOM(has_joint_candidates, BRICKS)
+        SPRINGLS__KERNEL(find_joint_candidates, BRICKS)
+        SPRINGLS__DO(springls__count_joint_candidates)
+        SPRINGLS__IF(springls__found_some)
+            SPRINGLS__REPEAT_WHILE(springls__twice)
+                SPRINGLS__KERNEL(join_parts, BRICKS)
+                SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+            SPRINGLS__END
+        SPRINGLS__END
+        SPRINGLS__KERNEL(specks, BRICKS)
+        SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__END
+SPRINGLS__END };
 
-/* Joins the parts of limbs, in the bricks that have joint candidates, and removes small parts. Parts that have joined each other in
-   the first round may join the rest in the second. after: the stage that follows; NULL: none. */
-SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__stage_fn after)
+/* Tidies the projected level set, and makes it a distance again beyond the springls. */
+static const springls__entry springls__tidy_and_sweep[] = {
+    SPRINGLS__CALL(springls__tidy)
+    SPRINGLS__REPEAT_WHILE(springls__twice)
+        SPRINGLS__KERNEL(redistance, BRICKS)
+        SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__END
+SPRINGLS__END };
+
+SPRINGLS__FN springls_status springls__note_displacement(springls_context *ctx)
 {
-    const int rounds = 2, bricks = ctx->model.grid.active_count;
-    switch (ctx->work.phase) {
-    case SPRINGLS__TIDY_FIND:
-        if (!springls__removes_specks(ctx)) break;
-        SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
-    case SPRINGLS__TIDY_JOIN:
-        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
-            return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
-        springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
-    case SPRINGLS__TIDY_JOINED:
-        springls__swap_phi(ctx);
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
-    case SPRINGLS__TIDY_SPECKS:
-        springls__loop(ctx, SPRINGLS__KERNEL_specks, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS_REMOVED);
-    case SPRINGLS__TIDY_SPECKS_REMOVED:
-    default:
-        springls__swap_phi(ctx);
-    }
-    return after ? springls__next_stage(ctx, after) : SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__tidy_alone(springls_context *ctx) { return springls__tidy(ctx, NULL); }
-
-/* Tidies a level set that has just been made. */
-SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
-{
-    return springls__run_to_completion(ctx, springls__tidy_alone);
-}
-
-enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
-
-/* Moves the band after phi has been carried along. */
-SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__band_follow(ctx));
-    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
-}
-
-/* Makes the projected level set a distance again beyond the springls. */
-SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
-{
-    const int sweeps = 2;
-    if (ctx->work.phase == SPRINGLS__SWEPT) {
-        springls__swap_phi(ctx);
-        if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
-    }
-    springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-    return springls__next_phase(ctx, SPRINGLS__SWEPT);
-}
-
-SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
-
-enum {
-    SPRINGLS__PROJECT_MEASURE,
-    SPRINGLS__PROJECT_BEGIN,
-    SPRINGLS__PROJECT_ORIENT,
-    SPRINGLS__PROJECT_PHI,
-    SPRINGLS__PROJECT_SIDES,
-    SPRINGLS__PROJECT_RESOLVED,
-    SPRINGLS__PROJECT_COMMIT
-};
-
-/* Prepares the loops of the stage. */
-SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
-{
-    const int bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_unknown_side, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_opposed, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
-    SPRINGLS__TRY(
-        springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
     ctx->work.displacement = springls__displacement_found(ctx);
-    return springls__find_overlap(ctx);
+    return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
+static const springls__entry springls__begin_projection[] = {
+    SPRINGLS__DO(springls__find_displacement)
+    SPRINGLS__DO(springls__cell_list_cover_around)
+    SPRINGLS__ROOM(has_unknown_side, BRICKS)
+    SPRINGLS__ROOM(has_opposed, BRICKS)
+    SPRINGLS__ROOM(oriented_springls, SPRINGLS)
+    SPRINGLS__DO(springls__note_displacement)
+    SPRINGLS__DO(springls__find_overlap)
+    SPRINGLS__KERNEL(oriented, SPRINGLS)
+SPRINGLS__END };
+
+SPRINGLS__FN void springls__project_args(const springls_context *ctx, springls__arguments *args)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__arguments args;
-    switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_MEASURE:
-        ctx->work.carries = carry;
-        SPRINGLS__TRY(springls__find_displacement(ctx));
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
-    case SPRINGLS__PROJECT_BEGIN:
-        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
-    case SPRINGLS__PROJECT_ORIENT:
-        SPRINGLS__TRY(springls__project_begin(ctx));
-        springls__loop(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_PHI);
-    case SPRINGLS__PROJECT_PHI:
-        args.project.carry = carry;
-        args.project.max_displacement = ctx->work.displacement;
-        springls__loop(ctx, SPRINGLS__KERNEL_project, g->active_count, &args);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
-    case SPRINGLS__PROJECT_SIDES:
-        if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
-            return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
-        springls__resolve_sides(ctx, ctx->work.repetition);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
-    case SPRINGLS__PROJECT_RESOLVED:
-        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
-        if (++ctx->work.repetition < SPRINGLS__SIDE_ROUNDS) return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
-        springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
-        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
-    case SPRINGLS__PROJECT_COMMIT:
-    default:
-        if (carry) springls__mark_phi_synced(ctx);
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(ctx->work.displacement, g->far_value) : 1);
-        return springls__next_stage(ctx, springls__tidy_projected);
-    }
+    args->project.max_displacement = ctx->work.displacement;
 }
 
-SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
-SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
+SPRINGLS__FN void springls__carry_args(const springls_context *ctx, springls__arguments *args)
+{
+    springls__project_args(ctx, args);
+    args->project.carry = 1;
+}
+
+SPRINGLS__FN springls_status springls__take_carried(springls_context *ctx)
+{
+    springls__mark_phi_synced(ctx);
+    springls__commit_phi(ctx, 1 + (int)springls__min(ctx->work.displacement, ctx->model.grid.far_value));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__take_projected(springls_context *ctx)
+{
+    springls__commit_phi(ctx, 1);
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__carry_level_set[] = {
+    SPRINGLS__CALL(springls__begin_projection)
+    SPRINGLS__KERNEL_WITH(project, BRICKS, springls__carry_args)
+    SPRINGLS__DO(springls__find_opposed)
+    SPRINGLS__DO(springls__count_unknown_sides)
+    SPRINGLS__IF(springls__found_some) SPRINGLS__CALL(springls__resolve_sides) SPRINGLS__END
+    SPRINGLS__DO(springls__take_carried)
+    SPRINGLS__CALL(springls__tidy_and_sweep)
+    SPRINGLS__CALL(springls__band_follow)
+    SPRINGLS__DO(springls__opposed_found)
+SPRINGLS__END };
+
+static const springls__entry springls__project_level_set[] = {
+    SPRINGLS__CALL(springls__begin_projection)
+    SPRINGLS__KERNEL_WITH(project, BRICKS, springls__project_args)
+    SPRINGLS__DO(springls__find_opposed)
+    SPRINGLS__DO(springls__take_projected)
+    SPRINGLS__CALL(springls__tidy_and_sweep)
+    SPRINGLS__DO(springls__opposed_found)
+SPRINGLS__END };
 
 /* ======== >>events  (src/stages/events.h) ====================================================================== */
 /* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
@@ -21994,6 +22135,8 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+static const springls__entry springls__lock_volumes[] = { SPRINGLS__DO(springls__volume_lock) SPRINGLS__END };
+
 /* ======== >>window  (src/stages/window.h) ====================================================================== */
 /* window.h - moves the grid with the model (springls_desc.follow): by whole bricks, so that bricks are renamed and never changed,
    and by whole voxels, so that a coordinate that gets smaller keeps all its digits. */
@@ -22200,17 +22343,19 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     saved->in_use = false;
 }
 
+static const springls__entry springls__follow_springls[] = {
+    SPRINGLS__CALL(springls__rouse_moved)
+    SPRINGLS__CALL(springls__carry_level_set)
+SPRINGLS__END };
+
 /* Makes phi follow; springls stay as they are. */
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
-    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_PROJECT);
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    status = springls__run_to_completion(ctx, springls__rouse_moved);
-    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__run_stage(ctx, SPRINGLS_STAGE_PROJECT, springls__follow_springls);
     ctx->calls--;
-    springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
 }
 
@@ -22252,6 +22397,8 @@ SPRINGLS__FN springls_status springls__find_present_components(springls_context 
     return status;
 }
 
+static const springls__entry springls__components[] = { SPRINGLS__DO(springls__find_present_components) SPRINGLS__END };
+
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
@@ -22260,7 +22407,8 @@ SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, the step that runs them once for each sub-step, and the work between the
+   stages. */
 
 /* ---- conditions of entries ---- */
 
@@ -22288,7 +22436,9 @@ SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
-    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, 1);
+    const springls_step_desc *desc = &ctx->step.desc;
+    return desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && !ctx->model.params.resample_last
+        && springls__resample_due(ctx, 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
@@ -22389,7 +22539,15 @@ SPRINGLS__FN bool springls__carries(const springls_context *ctx)
     return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
 }
 
-SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
+/* Returns true while eq. 23 is to be applied again: at least three times where phi has just been computed from springls alone, because
+   it closes the gaps between them. */
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx)
+{
+    const int enough = 3;
+    int iterations = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) iterations = springls__imax(iterations, enough);
+    return springls__round(ctx) < iterations;
+}
 
 /* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
@@ -22459,32 +22617,29 @@ SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
     return part;
 }
 
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+/* Ends the step, or chooses another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
     float longest, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
+    if (step->time_left == 0.0f) return SPRINGLS_OK;
     longest = springls__longest_displacement(ctx);
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
     step->longest_displacement = longest;
     step->expected = springls__min(growth * moved, longest);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
+    if (step->time_left > 1e-6f * step->desc.dt) return SPRINGLS_OK;
     ctx->time = step->end_time;
-    step->active = false;
+    step->time_left = 0.0f;
     return SPRINGLS_OK;
 }
 
-/* The rest of a lazy sub-step, after its springls have moved. */
-static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+/* Returns true when a step's first sub-step, or another one, is to be done. */
+SPRINGLS__FN bool springls__step_goes_on(const springls_context *ctx)
+{
+    return springls__round(ctx) == 0 || ctx->step.time_left > 0.0f;
+}
 
 /* Returns how many steps of resample_period a whole step counts as: the voxels that springls have moved since phi last followed,
    over those of a usual step, rounded; at least 1. Without resample_last always 1: contract needs phi from before the motion. */
@@ -22510,10 +22665,10 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->time += (double)ctx->motion.dt;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    if (springls__stays_lazy(ctx)) {
+    ctx->step.is_lazy = springls__stays_lazy(ctx);
+    if (ctx->step.is_lazy) {
         ctx->lag += ctx->motion.moved;
         ctx->lag_turned += ctx->motion.turned;
-        ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
@@ -22522,6 +22677,14 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns true in a sub-step by Algorithm 2 that is not lazy. */
+SPRINGLS__FN bool springls__is_fluid(const springls_context *ctx)
+{
+    return ctx->step.desc.mode == SPRINGLS_MODE_FLUID && !ctx->step.is_lazy;
+}
+
+SPRINGLS__FN bool springls__is_elastic(const springls_context *ctx) { return ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC; }
+
 /* Wakes all bricks. */
 SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 {
@@ -22529,14 +22692,7 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Finds which bricks the rest of the sub-step works in. */
-SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
-{
-    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
-    return springls__find_awake(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING);
-}
-
-SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+SPRINGLS__FN bool springls__is_not_at_rest(const springls_context *ctx) { return !ctx->at_rest; }
 
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in, or out of all
    bricks that a moved window has kept. */
@@ -22551,40 +22707,32 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
-   closes the gaps between them. */
-SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+/* Returns true when the length of a step's sub-steps follows from the speed of the springls. */
+SPRINGLS__FN bool springls__needs_speed(const springls_context *ctx)
 {
-    const int enough = 3;
-    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
-        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    return !(ctx->step.desc.dt > 0.0f && ctx->step.desc.max_displacement == 0.0f);
+}
+
+/* Begins a step: as one sub-step, unless springls__cut_step finds that it is several. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    ctx->step.time_left = 0.0f;
+    ctx->step.longest_substep = ctx->step.desc.dt;
+    ctx->step.expected = 0.0f;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
+SPRINGLS__FN springls_status springls__measure_speed(springls_context *ctx)
 {
-    ctx->step.iterations_left--;
-    return SPRINGLS_OK;
+    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time);
 }
-
-enum { SPRINGLS__PLAN_MEASURE, SPRINGLS__PLAN_DECIDE };
 
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cut_step(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     const springls_step_desc *desc = &step->desc;
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->time_left = 0.0f;
-    step->longest_substep = desc->dt;
-    step->expected = 0.0f;
-    step->next = step->algorithm;
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    if (ctx->work.phase == SPRINGLS__PLAN_MEASURE) {
-        SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
-        return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
-    }
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->expected = limit;
@@ -22604,114 +22752,89 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 /* ---- the tables ---- */
 
-/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
-#define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
-#define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
-#define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
-#define SPRINGLS__STAGE_IF(when, name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, when, run }
-#define SPRINGLS__REPEAT_WHILE(when) { SPRINGLS__ENTRY_REPEAT_WHILE, -1, when, NULL }
-#define SPRINGLS__END_REPEAT { SPRINGLS__ENTRY_END_REPEAT, -1, NULL, NULL }
+/* The level set follows the springls. */
+static const springls__entry springls__follow_motion[] = {
+    SPRINGLS__IF(springls__keeps_edges) SPRINGLS__STAGE(KEEP_EDGES, springls__keep_edges) SPRINGLS__END
+    SPRINGLS__IF(springls__carries) SPRINGLS__STAGE(PROJECT, springls__carry_level_set) SPRINGLS__END
+    SPRINGLS__REPEAT_WHILE(springls__iterates)
+        SPRINGLS__STAGE(EVOLVE, springls__evolve) /* section 4.5 */
+        SPRINGLS__STAGE(REBUILD, springls__rebuild)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__projects) SPRINGLS__STAGE(PROJECT, springls__project_level_set) SPRINGLS__END
+SPRINGLS__END };
 
-#define SPRINGLS__BEGIN_SUBSTEP                                                              \
-    SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
-    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
-    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
-    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__find_present_components), \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
-#define SPRINGLS__MOVE                                                                       \
-    SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
-    SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \
-    SPRINGLS__DO(springls__substep_advanced)
-/* Makes the level set follow the springls. */
-#define SPRINGLS__FOLLOW                                                                     \
-    SPRINGLS__DO(springls__follow_begin),                                                    \
-    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),             \
-    SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
-    SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
-        SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
-        SPRINGLS__STAGE(REBUILD, springls__rebuild),                                         \
-        SPRINGLS__DO(springls__iteration_done),                                              \
-    SPRINGLS__END_REPEAT,                                                                    \
-    SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
-#define SPRINGLS__END_SUBSTEP                                                                \
-    SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__find_present_components), \
-    SPRINGLS__DO(springls__substep_end)
+static const springls__entry springls__end_of_substep[] = {
+    SPRINGLS__IF(springls__locks_volume) SPRINGLS__STAGE(VOLUME_LOCK, springls__lock_volumes) SPRINGLS__END
+    SPRINGLS__IF(springls__follows_components) SPRINGLS__STAGE(COMPONENTS, springls__components) SPRINGLS__END
+SPRINGLS__END };
 
-static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
+/* Algorithm 2, after advect. */
+static const springls__entry springls__algorithm_2[] = {
+    SPRINGLS__IF(springls__relaxes) SPRINGLS__STAGE(RELAX, springls__relax) SPRINGLS__END /* section 4.3 */
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__relax_normals) SPRINGLS__END
+    SPRINGLS__IF(springls__resamples_first)
+        SPRINGLS__STAGE(CONTRACT, springls__contract) /* section 4.6, as resample */
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+        SPRINGLS__STAGE(RELAX, springls__relax)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__check_displacement)
+    SPRINGLS__IF(springls__phi_is_from_springls)
+        SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed)
+    SPRINGLS__END
+    SPRINGLS__CALL(springls__follow_motion)
+    SPRINGLS__IF(springls__resamples) SPRINGLS__CALL(springls__orient) SPRINGLS__END
+    SPRINGLS__IF(springls__resamples_last)
+        SPRINGLS__STAGE(CONTRACT, springls__contract_now)
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__resamples) SPRINGLS__STAGE(FILL_GAPS, springls__fill_gaps) SPRINGLS__END /* section 4.4 */
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__cover) SPRINGLS__END
+    SPRINGLS__CALL(springls__end_of_substep)
+SPRINGLS__END };
 
-static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__rouse),
-    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
-    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
-    SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
-    SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
-    SPRINGLS__DO(springls__check_displacement),
-    SPRINGLS__STAGE_IF(springls__phi_is_from_springls, UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
-    SPRINGLS__FOLLOW,
-    SPRINGLS__DO_IF(springls__resamples, springls__orient),
-    SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
-    SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
-    SPRINGLS__END_SUBSTEP
-};
+/* Algorithm 3, after advect. */
+static const springls__entry springls__algorithm_3[] = {
+    SPRINGLS__DO(springls__wake)
+    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed)
+    SPRINGLS__CALL(springls__follow_motion)
+    SPRINGLS__IF(springls__relaxes) SPRINGLS__STAGE(RELAX, springls__relax) SPRINGLS__END
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__relax_normals) SPRINGLS__END
+    SPRINGLS__IF(springls__not_one_to_one)
+        SPRINGLS__STAGE(FILL_GAPS, springls__fill_gaps)
+        SPRINGLS__STAGE(CONTRACT, springls__contract_now)
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__cover) SPRINGLS__END
+    SPRINGLS__CALL(springls__end_of_substep)
+SPRINGLS__END };
 
-static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__wake),
-    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
-    SPRINGLS__FOLLOW,
-    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
-    SPRINGLS__END_SUBSTEP
-};
-
-static const springls__step_entry springls__advect_only[] = {
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__substep_end)
-};
-
-#undef SPRINGLS__DO
-#undef SPRINGLS__DO_IF
-#undef SPRINGLS__STAGE
-#undef SPRINGLS__STAGE_IF
-#undef SPRINGLS__REPEAT_WHILE
-#undef SPRINGLS__END_REPEAT
-#undef SPRINGLS__BEGIN_SUBSTEP
-#undef SPRINGLS__MOVE
-#undef SPRINGLS__FOLLOW
-#undef SPRINGLS__END_SUBSTEP
-
-SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
-{
-    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
-    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
-}
-
-/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
-SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
-{
-    for (;; entry++) {
-        if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
-            while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
-        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !(entry->when)(ctx))
-            while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
-        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || (entry->when)(ctx))) return entry;
-    }
-}
+static const springls__entry springls__step[] = {
+    SPRINGLS__DO(springls__plan_step)
+    SPRINGLS__IF(springls__needs_speed)
+        SPRINGLS__DO(springls__measure_speed)
+        SPRINGLS__DO(springls__cut_step)
+    SPRINGLS__END
+    SPRINGLS__REPEAT_WHILE(springls__step_goes_on)
+        SPRINGLS__DO(springls__substep_begin)
+        SPRINGLS__IF(springls__must_catch_up)
+            SPRINGLS__CALL(springls__rouse_moved)
+            SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
+        SPRINGLS__END
+        SPRINGLS__IF(springls__contact_bodies_are_new) SPRINGLS__DO(springls__find_contact_bodies) SPRINGLS__END
+        SPRINGLS__IF(springls__components_outdated) SPRINGLS__STAGE(COMPONENTS, springls__components) SPRINGLS__END
+        SPRINGLS__IF(springls__lock_is_new) SPRINGLS__STAGE(VOLUME_LOCK, springls__lock_volumes) SPRINGLS__END
+        SPRINGLS__IF(springls__needs_phi_before) SPRINGLS__KERNEL(sample_phi, SPRINGLS) SPRINGLS__END
+        SPRINGLS__STAGE(ADVECT, springls__advect) /* section 4.2 */
+        SPRINGLS__IF(springls__window_follows) SPRINGLS__DO(springls__follow_model) SPRINGLS__END
+        SPRINGLS__DO(springls__substep_advanced)
+        SPRINGLS__IF(springls__is_fluid)
+            SPRINGLS__CALL(springls__rouse)
+            SPRINGLS__IF(springls__is_not_at_rest) SPRINGLS__CALL(springls__algorithm_2) SPRINGLS__END
+        SPRINGLS__END
+        SPRINGLS__IF(springls__is_elastic) SPRINGLS__CALL(springls__algorithm_3) SPRINGLS__END
+        SPRINGLS__DO(springls__substep_end)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* ======== >>index_of  (src/model/index_of.h) =================================================================== */
 /* index_of.h - finds springls by their ids. */
@@ -22802,48 +22925,22 @@ SPRINGLS__FN springls_status springls__rest_look(springls_context *ctx, springls
 }
 
 /* ======== >>step  (src/solver/step.h) ========================================================================== */
-/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
-   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
-
-SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls__step_entry *entry = springls__due_entry(ctx, step->next);
-    step->next = entry + 1;
-    step->stage = entry->stage;
-    step->stage_seconds = 0.0;
-    if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_phases(ctx, entry->run);
-}
-
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count. */
-SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
-{
-    springls__stepping *step = &ctx->step;
-    double started = springls__now(ctx) - step->stage_seconds;
-    springls_status status;
-    springls__use_device(ctx);
-    status = springls__resume(ctx, until);
-    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->stage_seconds = springls__now(ctx) - started;
-    else springls__entry_end(ctx, started);
-    return status;
-}
+/* step.h - runs a step: its table (algorithm_tables.h). It can be left after any entry and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 
 /* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
-    springls_status status = SPRINGLS_OK;
+    springls_status status;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
-    do {
-        if (springls__phases_done(ctx)) springls__entry_begin(ctx);
-        status = springls__resume_entry(ctx, until);
-    } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
+    springls__turn_clocks(ctx);
+    status = springls__resume(ctx, until);
+    if (status != SPRINGLS_OK) springls__unwind(ctx);
+    springls__turn_clocks(ctx);
     ctx->calls--;
-    if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    ctx->step.active = ctx->work.depth > 0;
     if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
-    springls__abandon_step(ctx);
-    return springls__report_device_failure(ctx, status);
+    return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
 /* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
@@ -22910,10 +23007,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
-    ctx->step.algorithm = springls__algorithm_of(step->mode);
-    ctx->step.next = springls__plan;
-    ctx->step.stage = -1;
-    ctx->step.active = true;
+    springls__begin_step(ctx, springls__step);
     return SPRINGLS_OK;
 }
 
@@ -23038,20 +23132,17 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 /* stage_calls.h - the public calls of single stages. Each ends a step in progress first. */
 
 /* Runs one stage under its clock. */
-SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, const springls__entry *table)
 {
     springls_status status;
-    double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__begin_change(ctx));
     ctx->lag = FLT_MAX; /* the next step is a whole one */
-    started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
     ctx->calls++;
-    status = springls__run_to_completion(ctx, run);
+    status = springls__run_stage(ctx, (int)stage, table);
     ctx->calls--;
-    springls__stage_end(ctx, stage, started);
     return springls__report_device_failure(ctx, status);
 }
 
@@ -24267,7 +24358,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
     job.listed = 0;
     SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
     SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
-    return springls__band_move(ctx);
+    return springls__run_table(ctx, springls__band_follow);
 }
 
 /* ---- from dense voxels ---- */
@@ -24419,7 +24510,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
-        SPRINGLS__TRY(springls__band_move(ctx));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
     }
     springls__redistance_sweeps(ctx, 4);
     return SPRINGLS_OK;
@@ -24430,7 +24521,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
 {
     if (springls__is_uniform(ctx->model.grid.metric)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     springls__redistance_sweeps(ctx, 8);
     return SPRINGLS_OK;
 }
@@ -26271,10 +26362,10 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
     SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
-    if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    SPRINGLS__TRY(springls__tidy_level_set(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
     if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     if (!balanced) return springls__mesh_fill_holes(ctx);
@@ -26470,10 +26561,10 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__unsigned_to_signed));
     for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     }
     return springls__make_original(ctx);
 }
@@ -28504,7 +28595,7 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
 /* Makes the mesh of what springls hold where the model has changed. */
 SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
 {
-    ctx->on_device = false;
+    ctx->work.on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
     return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
@@ -28566,7 +28657,6 @@ SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
     case SPRINGLS__CONTOURS_FILLED:
     default:
         c->state = SPRINGLS__CHUNKS_READY;
-        ctx->step.active = false;
         return SPRINGLS_OK;
     }
 }
@@ -28580,59 +28670,75 @@ SPRINGLS__FN void springls__mark_all(springls_chunks *c)
     for (i = 0; i < entries; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
 }
 
-enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
+/* Publishes what has changed. dirty stays set on failure, so that the next update lists these chunks. */
+SPRINGLS__FN springls_status springls__publish_changes(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    ctx->work.on_device = false;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
+    SPRINGLS__TRY(springls__chunks_follow(ctx, c));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
+    if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
+    SPRINGLS__TRY(springls__list_bricks(ctx, c));
+    c->publishing = true;
+    springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
+    return SPRINGLS_OK;
+}
 
-/* Publishes what has changed and meshes it: writes c->chunk. dirty stays set on failure, so that the next update lists these
-   chunks. */
-SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_in_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     int i;
-    ctx->on_device = false;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CHUNKS_PUBLISH:
-        SPRINGLS__TRY(springls__use_host(ctx, false));
-        SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
-        SPRINGLS__TRY(springls__chunks_follow(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
-        if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
-        SPRINGLS__TRY(springls__list_bricks(ctx, c));
-        c->publishing = true;
-        springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_COUNT);
-    case SPRINGLS__CHUNKS_COUNT:
-        for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
-        c->publishing = false;
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
-        springls__drop_published_bricks(ctx, c);
-        SPRINGLS__TRY(springls__list_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
-    case SPRINGLS__CHUNKS_FILL:
-        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
-        springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
-    case SPRINGLS__CHUNKS_FILLED:
-    default:
-        memset(c->dirty, 0, springls__entry_count(&c->published));
-        for (i = 0; i < c->count; i++)
-            c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
-        c->state = SPRINGLS__CHUNKS_READY;
-        ctx->step.active = false;
-        return SPRINGLS_OK;
-    }
+    for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
+    c->publishing = false;
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+    springls__drop_published_bricks(ctx, c);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c));
+    springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
+    return SPRINGLS_OK;
 }
 
+SPRINGLS__FN springls_status springls__fill_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+    springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_filled(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    int i;
+    memset(c->dirty, 0, springls__entry_count(&c->published));
+    for (i = 0; i < c->count; i++)
+        c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
+    c->state = SPRINGLS__CHUNKS_READY;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__contours_level_set(const springls_context *ctx) { return !springls__contours_springls(ctx); }
+
 /* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
-static const springls__step_entry springls__chunks_update[] = {
-    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
-    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
-    { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
-    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__make_contour },
-    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__update_contours },
-    { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
-};
+static const springls__entry springls__chunks_update[] = {
+    SPRINGLS__IF(springls__phi_lags)
+        SPRINGLS__DO(springls__save_level_set)
+        SPRINGLS__CALL(springls__rouse_moved)
+        SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__contours_springls)
+        SPRINGLS__DO(springls__make_contour)
+        SPRINGLS__DO(springls__update_contours)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__contours_level_set)
+        SPRINGLS__DO(springls__publish_changes)
+        SPRINGLS__DO(springls__count_in_chunks)
+        SPRINGLS__DO(springls__fill_chunks)
+        SPRINGLS__DO(springls__chunks_filled)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* Leaves what the consumer has not received to the next update, which lists it again. */
 SPRINGLS__FN void springls__list_again(springls_chunks *c)
@@ -28649,11 +28755,8 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 {
     if (chunks->state == SPRINGLS__CHUNKS_READY && !chunks->contours.in_use) springls__list_again(chunks);
     memset(&ctx->step, 0, sizeof ctx->step);
-    memset(&ctx->work, 0, sizeof ctx->work);
-    ctx->step.next = springls__chunks_update;
+    springls__begin_step(ctx, springls__chunks_update);
     ctx->step.chunks = chunks;
-    ctx->step.stage = -1;
-    ctx->step.active = true;
     chunks->state = SPRINGLS__CHUNKS_IN_PROGRESS;
 }
 
@@ -32812,7 +32915,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1087 \"springls.h\"\n",
+    "#line 1090 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -32926,7 +33029,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2239 \"springls.h\"\n",
+    "#line 2242 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33042,7 +33145,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2356 \"springls.h\"\n",
+    "#line 2359 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33064,7 +33167,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2379 \"springls.h\"\n",
+    "#line 2382 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33079,7 +33182,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2395 \"springls.h\"\n",
+    "#line 2398 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33203,7 +33306,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2519 \"springls.h\"\n",
+    "#line 2522 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33273,7 +33376,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2590 \"springls.h\"\n",
+    "#line 2593 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33493,7 +33596,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2811 \"springls.h\"\n",
+    "#line 2814 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33508,7 +33611,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2826 \"springls.h\"\n",
+    "#line 2829 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33632,14 +33735,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2950 \"springls.h\"\n",
+    "#line 2953 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2958 \"springls.h\"\n",
+    "#line 2961 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -33765,7 +33868,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3085 \"springls.h\"\n",
+    "#line 3088 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -33820,7 +33923,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3141 \"springls.h\"\n",
+    "#line 3144 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -33909,7 +34012,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3231 \"springls.h\"\n",
+    "#line 3234 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -33921,7 +34024,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3243 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33936,7 +34039,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3259 \"springls.h\"\n",
+    "#line 3262 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -33980,7 +34083,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3303 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33995,7 +34098,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3318 \"springls.h\"\n",
+    "#line 3321 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34039,7 +34142,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3362 \"springls.h\"\n",
+    "#line 3365 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34118,7 +34221,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3441 \"springls.h\"\n",
+    "#line 3444 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34133,7 +34236,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3457 \"springls.h\"\n",
+    "#line 3460 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34200,7 +34303,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3524 \"springls.h\"\n",
+    "#line 3527 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34215,7 +34318,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3539 \"springls.h\"\n",
+    "#line 3542 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34282,7 +34385,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3607 \"springls.h\"\n",
+    "#line 3610 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -34663,7 +34766,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3989 \"springls.h\"\n",
+    "#line 3992 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35367,7 +35470,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4694 \"springls.h\"\n",
+    "#line 4697 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -35627,7 +35730,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4955 \"springls.h\"\n",
+    "#line 4958 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -35829,7 +35932,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5158 \"springls.h\"\n",
+    "#line 5161 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -35946,7 +36049,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5276 \"springls.h\"\n",
+    "#line 5279 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36143,7 +36246,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5473 \"springls.h\"\n",
+    "#line 5476 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36158,7 +36261,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5489 \"springls.h\"\n",
+    "#line 5492 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36352,7 +36455,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5683 \"springls.h\"\n",
+    "#line 5686 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36367,7 +36470,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 5701 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36561,7 +36664,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6496 \"springls.h\"\n",
+    "#line 6494 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -36961,7 +37064,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6897 \"springls.h\"\n",
+    "#line 6895 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -36987,7 +37090,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6924 \"springls.h\"\n",
+    "#line 6922 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37075,7 +37178,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7013 \"springls.h\"\n",
+    "#line 7011 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37215,7 +37318,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7154 \"springls.h\"\n",
+    "#line 7152 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37320,7 +37423,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7260 \"springls.h\"\n",
+    "#line 7258 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37552,7 +37655,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7493 \"springls.h\"\n",
+    "#line 7491 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37582,7 +37685,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7521 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37597,7 +37700,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7539 \"springls.h\"\n",
+    "#line 7537 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37766,7 +37869,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7708 \"springls.h\"\n",
+    "#line 7706 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37781,7 +37884,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7723 \"springls.h\"\n",
+    "#line 7721 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37950,7 +38053,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7892 \"springls.h\"\n",
+    "#line 7890 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38004,7 +38107,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7947 \"springls.h\"\n",
+    "#line 7945 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38030,7 +38133,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7973 \"springls.h\"\n",
+    "#line 7971 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38045,7 +38148,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7989 \"springls.h\"\n",
+    "#line 7987 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38128,7 +38231,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8072 \"springls.h\"\n",
+    "#line 8070 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38143,7 +38246,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8087 \"springls.h\"\n",
+    "#line 8085 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38226,7 +38329,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8170 \"springls.h\"\n",
+    "#line 8168 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38300,7 +38403,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8245 \"springls.h\"\n",
+    "#line 8243 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -38853,7 +38956,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8799 \"springls.h\"\n",
+    "#line 8797 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -38949,7 +39052,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8896 \"springls.h\"\n",
+    "#line 8894 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39070,7 +39173,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9018 \"springls.h\"\n",
+    "#line 9016 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39351,7 +39454,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9300 \"springls.h\"\n",
+    "#line 9298 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39437,7 +39540,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9387 \"springls.h\"\n",
+    "#line 9385 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39580,7 +39683,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9531 \"springls.h\"\n",
+    "#line 9529 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -39769,7 +39872,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9721 \"springls.h\"\n",
+    "#line 9719 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -39894,7 +39997,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9847 \"springls.h\"\n",
+    "#line 9845 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -39928,7 +40031,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9882 \"springls.h\"\n",
+    "#line 9880 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40466,7 +40569,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10421 \"springls.h\"\n",
+    "#line 10419 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -40616,7 +40719,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10572 \"springls.h\"\n",
+    "#line 10570 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -40694,7 +40797,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10651 \"springls.h\"\n",
+    "#line 10649 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -40943,7 +41046,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10901 \"springls.h\"\n",
+    "#line 10899 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41168,7 +41271,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11127 \"springls.h\"\n",
+    "#line 11125 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41272,7 +41375,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11232 \"springls.h\"\n",
+    "#line 11230 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41369,7 +41472,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11330 \"springls.h\"\n",
+    "#line 11328 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -41907,7 +42010,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11869 \"springls.h\"\n",
+    "#line 11867 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -41940,7 +42043,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11903 \"springls.h\"\n",
+    "#line 11901 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -41965,14 +42068,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11929 \"springls.h\"\n",
+    "#line 11927 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11936 \"springls.h\"\n",
+    "#line 11934 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41987,7 +42090,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11952 \"springls.h\"\n",
+    "#line 11950 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42113,7 +42216,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12078 \"springls.h\"\n",
+    "#line 12076 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42128,7 +42231,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12093 \"springls.h\"\n",
+    "#line 12091 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42254,7 +42357,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12220 \"springls.h\"\n",
+    "#line 12218 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42546,7 +42649,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12513 \"springls.h\"\n",
+    "#line 12511 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -42681,7 +42784,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 16976 \"springls.h\"\n",
+    "#line 17189 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -43709,7 +43812,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18005 \"springls.h\"\n",
+    "#line 18218 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44295,7 +44398,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18592 \"springls.h\"\n",
+    "#line 18805 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44891,7 +44994,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44895 \"springls.h\"\n",
+    "#line 44998 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -45930,7 +46033,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
@@ -45942,12 +46045,12 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     springls__constellation_changed(ctx);
     springls__clear_target_volumes(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
-    SPRINGLS__TRY(springls__band_move(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     if (project && ctx->model.params.project_level_set)
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
@@ -45986,7 +46089,7 @@ SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls_
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
             if (before[o] < g->calm[o]) g->calm[o] = before[o];
-    if (aside->slot_count) springls__find_awake_now(ctx);
+    if (aside->slot_count) springls__find_awake(ctx);
 }
 
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
@@ -46003,7 +46106,7 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    springls__find_awake_now(ctx);
+    springls__find_awake(ctx);
     SPRINGLS__TRY(springls__complete_model(ctx, true));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     return SPRINGLS_OK;
@@ -46310,7 +46413,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     first = ctx->model.set.count;
     SPRINGLS__TRY(springls__add_isolated(job, &added));
     SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
-    springls__find_awake_now(ctx);
+    springls__find_awake(ctx);
     return springls__complete_model(ctx, false);
 }
 
@@ -46499,10 +46602,10 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
     const int max_passes = 40;
     int i, before = -1;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__resample));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__resample));
     }
     return SPRINGLS_OK;
 }
@@ -46607,7 +46710,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
         if (springls__cancelled(ctx, 1.0f - left / duration))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
@@ -46650,12 +46753,12 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
     int i, before = -1;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__relax));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
     springls__mark_phi_synced(ctx);

@@ -340,14 +340,21 @@ FIXTURE springls__model *fixture_here(springls_context *ctx)
     return &ctx->model;
 }
 
-/* Runs a private stage as a public call does; then its arrays are on the host. */
-FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*run)(springls_context *))
+/* Runs the table of a private stage as a public call does; then its arrays are on the host. */
+FIXTURE springls_status fixture_table(springls_context *ctx, const springls__entry *table)
 {
     springls_status status;
     springls__use_device(ctx);
-    status = springls__report_device_failure(ctx, springls__run_to_completion(ctx, run));
+    status = springls__report_device_failure(ctx, springls__run_table(ctx, table));
     fixture_here(ctx);
     return status;
+}
+
+/* The same for a function that may end with a loop. */
+FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*run)(springls_context *))
+{
+    const springls__entry table[] = { SPRINGLS__DO(run) SPRINGLS__END };
+    return fixture_table(ctx, table);
 }
 
 /* ---- models ---- */

@@ -324,7 +324,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
     job.listed = 0;
     SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
     SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
-    return springls__band_move(ctx);
+    return springls__run_table(ctx, springls__band_follow);
 }
 
 /* ---- from dense voxels ---- */
@@ -476,7 +476,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
-        SPRINGLS__TRY(springls__band_move(ctx));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
     }
     springls__redistance_sweeps(ctx, 4);
     return SPRINGLS_OK;
@@ -487,7 +487,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
 {
     if (springls__is_uniform(ctx->model.grid.metric)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     springls__redistance_sweeps(ctx, 8);
     return SPRINGLS_OK;
 }

@@ -205,10 +205,10 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
     SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
-    if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
-    SPRINGLS__TRY(springls__tidy_level_set(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
     if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
     if (!balanced) return springls__mesh_fill_holes(ctx);

@@ -55,10 +55,10 @@ SPRINGLS__FN springls_status springls__take_springls(springls_context *ctx, cons
         s.p = particles ? springls__load3(particles + 3 * i) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__unsigned_to_signed));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__unsigned_to_signed));
     for (i = 0; i < 4; i++) {
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__evolve));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__evolve));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     }
     return springls__make_original(ctx);
 }

@@ -558,12 +558,14 @@
    FRAMES
 
    springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
-   however it is divided. A stage consists of phases. A step can be left between two phases, and inside the loop that a
-   phase ends with:
+   however it is divided. A stage consists of phases, the entries of its table. A step can be left between two phases, and inside
+   the loop that a phase ends with:
 
      advect               over batches of the forces
      relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
+     keep_edges           over springls: every kernel
      contract             over springls: choosing; every round of merging
+     resample             over springls: choosing, splitting, storing
      project              over bricks: the projection; the search for parts to join; removal of parts; every sweep that
                           re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
@@ -573,7 +575,7 @@
 
    What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. resample, keep_edges, volume_lock and components are one phase each. On a device, phases are enqueued and the host
+   checked. volume_lock and components are one phase each. On a device, phases are enqueued and the host
    continues; a call waits where a phase needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.

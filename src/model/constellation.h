@@ -89,11 +89,12 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 }
 
 /* Notes that the level set agrees with the springls as they are now: carry_level_set measures motion from here on. */
-SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
+SPRINGLS__FN springls_status springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+    return SPRINGLS_OK;
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
@@ -137,6 +138,14 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
+}
+
+/* Returns true when the stage at work adds springls. */
+SPRINGLS__FN bool springls__adds_springls(const springls_context *ctx) { return ctx->work.added > 0; }
+
+SPRINGLS__FN void springls__insert_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->insert.count = ctx->work.added;
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */

@@ -21,11 +21,12 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 }
 
 /* Counts the use of the lists, which are complete now. */
-SPRINGLS__FN void springls__neighbors_found(springls_context *ctx)
+SPRINGLS__FN springls_status springls__neighbors_found(springls_context *ctx)
 {
     const bool searched = ctx->neighbors_uses == 0 || ctx->neighbors_missing;
     ctx->neighbors_missing = searched && ctx->model.grid.some_asleep;
     ctx->neighbors_uses = ctx->neighbors_uses > 0 ? ctx->neighbors_uses - 1 : ctx->model.params.resample_period;
+    return SPRINGLS_OK;
 }
 
 #endif

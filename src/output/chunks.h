@@ -801,7 +801,7 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
 /* Makes the mesh of what springls hold where the model has changed. */
 SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
 {
-    ctx->on_device = false;
+    ctx->work.on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
     return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
@@ -863,7 +863,6 @@ SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
     case SPRINGLS__CONTOURS_FILLED:
     default:
         c->state = SPRINGLS__CHUNKS_READY;
-        ctx->step.active = false;
         return SPRINGLS_OK;
     }
 }
@@ -877,59 +876,75 @@ SPRINGLS__FN void springls__mark_all(springls_chunks *c)
     for (i = 0; i < entries; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
 }
 
-enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
+/* Publishes what has changed. dirty stays set on failure, so that the next update lists these chunks. */
+SPRINGLS__FN springls_status springls__publish_changes(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    ctx->work.on_device = false;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
+    SPRINGLS__TRY(springls__chunks_follow(ctx, c));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
+    if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
+    SPRINGLS__TRY(springls__list_bricks(ctx, c));
+    c->publishing = true;
+    springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
+    return SPRINGLS_OK;
+}
 
-/* Publishes what has changed and meshes it: writes c->chunk. dirty stays set on failure, so that the next update lists these
-   chunks. */
-SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_in_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     int i;
-    ctx->on_device = false;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CHUNKS_PUBLISH:
-        SPRINGLS__TRY(springls__use_host(ctx, false));
-        SPRINGLS__TRY(springls__change_to_level_set(ctx, c));
-        SPRINGLS__TRY(springls__chunks_follow(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
-        if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
-        SPRINGLS__TRY(springls__list_bricks(ctx, c));
-        c->publishing = true;
-        springls__loop_over(ctx, c->listed, 16, 0, springls__publish_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_COUNT);
-    case SPRINGLS__CHUNKS_COUNT:
-        for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
-        c->publishing = false;
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
-        springls__drop_published_bricks(ctx, c);
-        SPRINGLS__TRY(springls__list_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
-    case SPRINGLS__CHUNKS_FILL:
-        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
-        springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
-    case SPRINGLS__CHUNKS_FILLED:
-    default:
-        memset(c->dirty, 0, springls__entry_count(&c->published));
-        for (i = 0; i < c->count; i++)
-            c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
-        c->state = SPRINGLS__CHUNKS_READY;
-        ctx->step.active = false;
-        return SPRINGLS_OK;
-    }
+    for (i = 0; i < c->listed; i++) springls__mark_affected(c, i);
+    c->publishing = false;
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__mark_moved_springls(ctx, c));
+    springls__drop_published_bricks(ctx, c);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c));
+    springls__loop_over(ctx, c->count, 4, 0, springls__count_chunk_work, ctx);
+    return SPRINGLS_OK;
 }
 
+SPRINGLS__FN springls_status springls__fill_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+    springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_filled(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    int i;
+    memset(c->dirty, 0, springls__entry_count(&c->published));
+    for (i = 0; i < c->count; i++)
+        c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
+    c->state = SPRINGLS__CHUNKS_READY;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__contours_level_set(const springls_context *ctx) { return !springls__contours_springls(ctx); }
+
 /* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
-static const springls__step_entry springls__chunks_update[] = {
-    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__save_level_set },
-    { SPRINGLS__ENTRY_RUN, -1, springls__phi_lags, springls__rouse_moved },
-    { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_PROJECT, springls__phi_lags, springls__carry_level_set },
-    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__make_contour },
-    { SPRINGLS__ENTRY_RUN, -1, springls__contours_springls, springls__update_contours },
-    { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
-};
+static const springls__entry springls__chunks_update[] = {
+    SPRINGLS__IF(springls__phi_lags)
+        SPRINGLS__DO(springls__save_level_set)
+        SPRINGLS__CALL(springls__rouse_moved)
+        SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__contours_springls)
+        SPRINGLS__DO(springls__make_contour)
+        SPRINGLS__DO(springls__update_contours)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__contours_level_set)
+        SPRINGLS__DO(springls__publish_changes)
+        SPRINGLS__DO(springls__count_in_chunks)
+        SPRINGLS__DO(springls__fill_chunks)
+        SPRINGLS__DO(springls__chunks_filled)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* Leaves what the consumer has not received to the next update, which lists it again. */
 SPRINGLS__FN void springls__list_again(springls_chunks *c)
@@ -946,11 +961,8 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 {
     if (chunks->state == SPRINGLS__CHUNKS_READY && !chunks->contours.in_use) springls__list_again(chunks);
     memset(&ctx->step, 0, sizeof ctx->step);
-    memset(&ctx->work, 0, sizeof ctx->work);
-    ctx->step.next = springls__chunks_update;
+    springls__begin_step(ctx, springls__chunks_update);
     ctx->step.chunks = chunks;
-    ctx->step.stage = -1;
-    ctx->step.active = true;
     chunks->state = SPRINGLS__CHUNKS_IN_PROGRESS;
 }
 

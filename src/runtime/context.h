@@ -137,17 +137,29 @@ typedef struct springls__pieces {
     springls__kernel_run kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (resumable.h). */
+/* A place in a table of entries (entries.h). clock: when its stage has begun or, while a step is left, the seconds it has taken. */
+typedef struct springls__place {
+    const struct springls__entry *table;
+    int next;               /* the entry that follows                                                           */
+    int round;              /* how often the loop around it has been run to its end                             */
+    int stage;              /* whose clock runs; -1: none                                                       */
+    double clock;
+} springls__place;
+
+enum { SPRINGLS__MAX_CALLS = 8 }; /* of tables, one inside the other */
+
+/* The table at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
-    springls__stage_fn stage;
-    int phase;              /* the next one: a constant of the stage's enum                                     */
-    int repetition;         /* how often a phase has been repeated                                              */
-    bool pending;           /* the phase is still to run                                                        */
-    bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
+    springls__place place[SPRINGLS__MAX_CALLS];
+    int depth;              /* how many of them are in use; the last one is at work                             */
+    bool on_device;         /* its kernels run on the backend, if there is one                                  */
+    int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
-    bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
-    springls__pieces loop;  /* the loop that the last phase has ended with                                      */
+    springls__stage_fn run; /* the function with several phases at work; NULL: that of the entry                */
+    int phase;              /* its next one                                                                     */
+    bool pending;           /* that phase is still to run                                                       */
+    springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
 
 /* The motion of advect: its forces, its numbers, and what has come of it. */
@@ -165,6 +177,7 @@ typedef struct springls__motion {
     int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
+    bool again;             /* a particle would move further than it may                                        */
     bool still;             /* no point has moved at all                                                        */
     int moving;             /* how many springls have moved by more than 0.01 voxel                             */
 } springls__motion;
@@ -178,39 +191,21 @@ typedef struct springls__saved_level_set {
     bool opposed, in_use;
 } springls__saved_level_set;
 
-/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
-typedef enum springls__entry_kind {
-    SPRINGLS__ENTRY_RUN,
-    SPRINGLS__ENTRY_REPEAT_WHILE,
-    SPRINGLS__ENTRY_END_REPEAT
-} springls__entry_kind;
-
-/* An entry of an algorithm (algorithm_tables.h). */
-typedef struct springls__step_entry {
-    springls__entry_kind kind;
-    int stage;              /* whose clock runs, or -1: none                                                    */
-    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
-    springls__stage_fn run;
-} springls__step_entry;
-
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *algorithm, *next; /* entries of a sub-step; the one to come                      */
-    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
-    int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
-    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps, and at its end                */
     float longest_substep;  /* that the force permits                                                           */
     float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */
     int substeps;           /* so far                                                                           */
     bool resamples;         /* this sub-step contracts and resamples                                            */
     bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
-    int iterations_left;    /* of evolve and rebuild                                                            */
+    bool is_lazy;           /* this sub-step leaves phi behind                                                  */
 } springls__stepping;
 
 /* Where on the lattice of springls_desc.grid a window of its size is: its first voxel is voxel `offset` there. */

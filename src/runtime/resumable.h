@@ -1,35 +1,20 @@
-/* resumable.h - stages that can be left between two phases and resumed later.
-   A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
-   SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
-   ctx->work holds what one phase leaves for the next. A stage that does not read the phase has one phase. */
+/* resumable.h - runs tables of entries (entries.h), so that they can be left after any entry and resumed later.
+   ctx->work has the place: the entry that follows, in the table at work and in those that have called it. An entry ends with at most
+   one loop over elements (springls__loop), which runs in pieces. */
 #ifndef SPRINGLS__RUNTIME_RESUMABLE_H
 #define SPRINGLS__RUNTIME_RESUMABLE_H
 
+#include "arrays.h"
+#include "entries.h"
 #include "kernel_table.h"
 #include "launch.h"
 #include "parallel.h"
 #include "residency.h"
 #include "stage_clock.h"
 
-/* Ends a phase: `phase` of the same stage follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
-{
-    ctx->work.phase = phase;
-    ctx->work.pending = true;
-    return SPRINGLS_OK;
-}
-
-/* Ends the last phase of a stage: all phases of another stage follow. */
-SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
-{
-    ctx->work.stage = stage;
-    ctx->work.repetition = 0;
-    return springls__next_phase(ctx, 0);
-}
-
 /* ---- loops in pieces ---- */
 
-/* Ends the phase with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
+/* Ends an entry with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
 SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
                                       void *arg)
 {
@@ -43,7 +28,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* Ends the phase with a loop: a kernel over `count` elements. A device runs it at once, whole. */
+/* Ends an entry with a loop: a kernel over `count` elements. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
@@ -96,61 +81,221 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
     return !(springls__now(ctx) + next < until);
 }
 
-/* ---- phases ---- */
+/* ---- tables ---- */
 
-SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls__place *springls__place_at_work(springls_context *ctx) { return &ctx->work.place[ctx->work.depth - 1]; }
+
+/* Returns how often the loop around the entry at work has been run to its end: 0 the first time. */
+SPRINGLS__FN int springls__round(const springls_context *ctx) { return ctx->work.place[ctx->work.depth - 1].round; }
+
+/* Returns true when an entry has counted some. */
+SPRINGLS__FN bool springls__found_some(const springls_context *ctx) { return ctx->work.found > 0; }
+
+/* Returns true for the first two rounds of a loop. */
+SPRINGLS__FN bool springls__twice(const springls_context *ctx) { return springls__round(ctx) < 2; }
+
+/* Begins a table, under the clock of a stage; -1: none. */
+SPRINGLS__FN void springls__enter(springls_context *ctx, const springls__entry *table, int stage)
 {
-    memset(&ctx->work, 0, sizeof ctx->work);
-    springls__next_stage(ctx, stage);
+    springls__place *place = &ctx->work.place[ctx->work.depth++];
+    SPRINGLS_ASSERT(ctx->work.depth <= SPRINGLS__MAX_CALLS);
+    memset(place, 0, sizeof *place);
+    place->table = table;
+    place->stage = stage;
+    if (stage >= 0) place->clock = springls__stage_begin(ctx, (springls_stage)stage);
 }
 
-SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !ctx->work.pending && !springls__in_loop(ctx); }
-
-SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
+/* Ends the table at work where it is. */
+SPRINGLS__FN void springls__leave(springls_context *ctx)
 {
+    const springls__place *place = &ctx->work.place[--ctx->work.depth];
+    if (place->stage >= 0) springls__stage_end(ctx, (springls_stage)place->stage, place->clock);
+}
+
+/* Stops the clocks of all stages at work, or lets them run on: see springls__place. The time in between does not count. */
+SPRINGLS__FN void springls__turn_clocks(springls_context *ctx)
+{
+    const double now = springls__now(ctx);
+    int i;
+    for (i = 0; i < ctx->work.depth; i++) ctx->work.place[i].clock = now - ctx->work.place[i].clock;
+}
+
+/* Returns the other end of a block, searched for from entry i on in direction `way`: 1 from its begin, -1 from its end; -1: what ends is
+   the table. */
+SPRINGLS__FN int springls__other_end(const springls__entry *table, int i, int way)
+{
+    int depth = way;
+    while (depth != 0 && (i += way) >= 0) {
+        if (table[i].kind == SPRINGLS__ENTRY_IF || table[i].kind == SPRINGLS__ENTRY_REPEAT_WHILE) depth++;
+        if (table[i].kind == SPRINGLS__ENTRY_END) depth--;
+    }
+    return i;
+}
+
+/* Ends the block or the table whose END has just been passed. */
+SPRINGLS__FN void springls__end_block(springls_context *ctx)
+{
+    springls__place *place = springls__place_at_work(ctx);
+    const int begin = springls__other_end(place->table, place->next - 1, -1);
+    if (begin < 0) {
+        springls__leave(ctx);
+    } else if (place->table[begin].kind == SPRINGLS__ENTRY_REPEAT_WHILE) {
+        place->round++;
+        place->next = begin;
+    }
+}
+
+/* Goes to the next entry that does something, if there is one: through blocks and into tables. */
+SPRINGLS__FN void springls__go_on(springls_context *ctx)
+{
+    while (ctx->work.depth > 0) {
+        springls__place *place = springls__place_at_work(ctx);
+        const springls__entry *entry = &place->table[place->next];
+        if (entry->kind < SPRINGLS__ENTRY_CALL) return;
+        place->next++;
+        if (entry->kind == SPRINGLS__ENTRY_CALL) {
+            springls__enter(ctx, entry->table, entry->what);
+        } else if (entry->kind == SPRINGLS__ENTRY_END) {
+            springls__end_block(ctx);
+        } else if (!(entry->when)(ctx)) {
+            if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE) place->round = 0;
+            place->next = springls__other_end(place->table, place->next - 1, 1) + 1;
+        }
+    }
+}
+
+/* Returns how many elements an extent has. */
+SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
+{
+    if (extent == (int)SPRINGLS__OVER_SPRINGLS) return ctx->model.set.count;
+    return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
+}
+
+/* Runs the kernel of an entry: to its end where elements meet, which is in order, or where a device has it. */
+SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
+{
+    const springls__kernel kernel = (springls__kernel)entry->what;
+    const springls__kernel_info *info = &springls__kernels[kernel];
+    const int count = springls__extent_of(ctx, entry->other);
+    springls__arguments args;
+    memset(&args, 0, sizeof args);
+    if (entry->arguments) (entry->arguments)(ctx, &args);
+    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count));
+    if (info->ordered) springls__run(ctx, kernel, count, &args);
+    else springls__loop(ctx, kernel, count, &args);
+    return SPRINGLS_OK;
+}
+
+/* Ends a phase of a function that has several: `phase` follows. */
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
+{
+    ctx->work.phase = phase;
+    ctx->work.pending = true;
+    return SPRINGLS_OK;
+}
+
+/* Ends the last phase of a function: all phases of another one follow. */
+SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn run)
+{
+    ctx->work.run = run;
+    return springls__next_phase(ctx, 0);
+}
+
+/* Runs the function of an entry: its next phase. The entry is left after the last one. */
+SPRINGLS__FN springls_status springls__run_function_entry(springls_context *ctx, const springls__entry *entry)
+{
+    springls_status status;
     ctx->work.pending = false;
-    return (ctx->work.stage)(ctx);
+    status = (ctx->work.run ? ctx->work.run : entry->run)(ctx);
+    if (ctx->work.pending) {
+        springls__place_at_work(ctx)->next--;
+    } else {
+        ctx->work.run = NULL;
+        ctx->work.phase = 0;
+    }
+    return status;
 }
 
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
+/* Does what an entry says. It may end with a loop. */
+SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
+{
+    springls__place *place = springls__place_at_work(ctx);
+    const springls__entry *entry = &place->table[place->next++];
+    ctx->on_device = ctx->work.on_device && ctx->backend;
+    switch (entry->kind) {
+    case SPRINGLS__ENTRY_KERNEL: return springls__run_kernel_entry(ctx, entry);
+    case SPRINGLS__ENTRY_ROOM:
+        return springls__array_grow(ctx, (springls__array)entry->what, (size_t)springls__extent_of(ctx, entry->other), entry->element, 0);
+    case SPRINGLS__ENTRY_SWAP:
+        springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
+        springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
+        return SPRINGLS_OK;
+    default: return springls__run_function_entry(ctx, entry);
+    }
+}
+
+/* Resumes the table at work until the clock shows *until; NULL: to its end. Does at least one entry or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
-    while (!springls__phases_done(ctx)) {
-        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_phase(ctx));
+    springls__go_on(ctx);
+    while (ctx->work.depth > 0) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__do_entry(ctx));
         else if (until) springls__run_piece(ctx, *until);
         else springls__finish_loop(ctx);
         if (ctx->lost) return ctx->backend_status;
+        if (!springls__in_loop(ctx)) springls__go_on(ctx);
         if (until && springls__too_late(ctx, *until)) break;
     }
     return SPRINGLS_OK;
 }
 
-/* Runs all of a stage, also from inside a phase of another one. */
-SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
+/* Ends all tables at work where they are. */
+SPRINGLS__FN void springls__unwind(springls_context *ctx)
+{
+    while (ctx->work.depth > 0) springls__leave(ctx);
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+/* Runs a table under the clock of a stage (-1: none) to its end, also from inside an entry of another one. */
+SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stage, const springls__entry *table)
 {
     const springls__work outer = ctx->work;
     springls_status status;
-    springls__begin_phases(ctx, stage);
+    memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->work.on_device = ctx->on_device;
+    springls__enter(ctx, table, stage);
     status = springls__resume(ctx, NULL);
+    springls__unwind(ctx);
     ctx->work = outer;
     return status;
 }
 
-/* ---- the step in progress ---- */
-
-/* Stops the clock of the step's stage at work. */
-SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
+SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const springls__entry *table)
 {
-    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
-    ctx->step.stage = -1;
+    return springls__run_stage(ctx, -1, table);
+}
+
+/* Runs all phases of a function to their end, also from inside an entry. */
+SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn run)
+{
+    const springls__entry table[] = { SPRINGLS__DO(run) SPRINGLS__END };
+    return springls__run_table(ctx, table);
+}
+
+/* Begins a step: its table, from the next springls__resume_step on. */
+SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
+{
+    springls__enter(ctx, table, -1);
+    ctx->work.on_device = true;
+    ctx->step.active = true;
 }
 
 /* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
+    if (ctx->step.active) springls__turn_clocks(ctx);
+    springls__unwind(ctx);
     ctx->step.active = false;
-    memset(&ctx->work, 0, sizeof ctx->work);
 }
 
 #endif

@@ -1,4 +1,5 @@
-/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, with the work between the stages. Each table is one sub-step. */
+/* algorithm_tables.h - Algorithms 2 and 3 as tables of stages, the step that runs them once for each sub-step, and the work between the
+   stages. */
 #ifndef SPRINGLS__SOLVER_ALGORITHM_TABLES_H
 #define SPRINGLS__SOLVER_ALGORITHM_TABLES_H
 
@@ -46,7 +47,9 @@ SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
-    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, 1);
+    const springls_step_desc *desc = &ctx->step.desc;
+    return desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && !ctx->model.params.resample_last
+        && springls__resample_due(ctx, 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
@@ -147,7 +150,15 @@ SPRINGLS__FN bool springls__carries(const springls_context *ctx)
     return ctx->model.params.carry_level_set && !ctx->step.phi_from_springls;
 }
 
-SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
+/* Returns true while eq. 23 is to be applied again: at least three times where phi has just been computed from springls alone, because
+   it closes the gaps between them. */
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx)
+{
+    const int enough = 3;
+    int iterations = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls) iterations = springls__imax(iterations, enough);
+    return springls__round(ctx) < iterations;
+}
 
 /* Returns true when phi is to be projected after eq. 23. Carrying phi along projects it too, unless eq. 23 follows. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
@@ -217,32 +228,29 @@ SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
     return part;
 }
 
-/* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
+/* Ends the step, or chooses another sub-step: as long as the displacement of the last one permits, at most half as long again. */
 SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
     float longest, moved = ctx->motion.moved;
-    if (step->time_left == 0.0f) {
-        step->active = false;
-        return SPRINGLS_OK;
-    }
+    if (step->time_left == 0.0f) return SPRINGLS_OK;
     longest = springls__longest_displacement(ctx);
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
     step->longest_displacement = longest;
     step->expected = springls__min(growth * moved, longest);
-    if (step->time_left > 1e-6f * step->desc.dt) {
-        step->next = step->algorithm;
-        return SPRINGLS_OK;
-    }
+    if (step->time_left > 1e-6f * step->desc.dt) return SPRINGLS_OK;
     ctx->time = step->end_time;
-    step->active = false;
+    step->time_left = 0.0f;
     return SPRINGLS_OK;
 }
 
-/* The rest of a lazy sub-step, after its springls have moved. */
-static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
+/* Returns true when a step's first sub-step, or another one, is to be done. */
+SPRINGLS__FN bool springls__step_goes_on(const springls_context *ctx)
+{
+    return springls__round(ctx) == 0 || ctx->step.time_left > 0.0f;
+}
 
 /* Returns how many steps of resample_period a whole step counts as: the voxels that springls have moved since phi last followed,
    over those of a usual step, rounded; at least 1. Without resample_last always 1: contract needs phi from before the motion. */
@@ -268,10 +276,10 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->time += (double)ctx->motion.dt;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    if (springls__stays_lazy(ctx)) {
+    ctx->step.is_lazy = springls__stays_lazy(ctx);
+    if (ctx->step.is_lazy) {
         ctx->lag += ctx->motion.moved;
         ctx->lag_turned += ctx->motion.turned;
-        ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
@@ -280,6 +288,14 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns true in a sub-step by Algorithm 2 that is not lazy. */
+SPRINGLS__FN bool springls__is_fluid(const springls_context *ctx)
+{
+    return ctx->step.desc.mode == SPRINGLS_MODE_FLUID && !ctx->step.is_lazy;
+}
+
+SPRINGLS__FN bool springls__is_elastic(const springls_context *ctx) { return ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC; }
+
 /* Wakes all bricks. */
 SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
 {
@@ -287,14 +303,7 @@ SPRINGLS__FN springls_status springls__wake(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Finds which bricks the rest of the sub-step works in. */
-SPRINGLS__FN springls_status springls__rouse(springls_context *ctx)
-{
-    if (ctx->motion.still && ctx->at_rest) return SPRINGLS_OK;
-    return springls__find_awake(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING);
-}
-
-SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx->at_rest; }
+SPRINGLS__FN bool springls__is_not_at_rest(const springls_context *ctx) { return !ctx->at_rest; }
 
 /* Decides whether springls have moved further than phi can be carried along: beyond the band that phi is known in, or out of all
    bricks that a moved window has kept. */
@@ -309,40 +318,32 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Decides how often eq. 23 is applied: at least three times where phi has just been computed from springls alone, because it
-   closes the gaps between them. */
-SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+/* Returns true when the length of a step's sub-steps follows from the speed of the springls. */
+SPRINGLS__FN bool springls__needs_speed(const springls_context *ctx)
 {
-    const int enough = 3;
-    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.carry_level_set && ctx->step.phi_from_springls)
-        ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
+    return !(ctx->step.desc.dt > 0.0f && ctx->step.desc.max_displacement == 0.0f);
+}
+
+/* Begins a step: as one sub-step, unless springls__cut_step finds that it is several. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    ctx->step.time_left = 0.0f;
+    ctx->step.longest_substep = ctx->step.desc.dt;
+    ctx->step.expected = 0.0f;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
+SPRINGLS__FN springls_status springls__measure_speed(springls_context *ctx)
 {
-    ctx->step.iterations_left--;
-    return SPRINGLS_OK;
+    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time);
 }
-
-enum { SPRINGLS__PLAN_MEASURE, SPRINGLS__PLAN_DECIDE };
 
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
-SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cut_step(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     const springls_step_desc *desc = &step->desc;
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->time_left = 0.0f;
-    step->longest_substep = desc->dt;
-    step->expected = 0.0f;
-    step->next = step->algorithm;
-    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
-    if (ctx->work.phase == SPRINGLS__PLAN_MEASURE) {
-        SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
-        return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
-    }
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->expected = limit;
@@ -362,113 +363,88 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 /* ---- the tables ---- */
 
-/* Entries: DO has no clock, STAGE has that of its stage; _IF: only where the condition is true. */
-#define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
-#define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
-#define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
-#define SPRINGLS__STAGE_IF(when, name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, when, run }
-#define SPRINGLS__REPEAT_WHILE(when) { SPRINGLS__ENTRY_REPEAT_WHILE, -1, when, NULL }
-#define SPRINGLS__END_REPEAT { SPRINGLS__ENTRY_END_REPEAT, -1, NULL, NULL }
+/* The level set follows the springls. */
+static const springls__entry springls__follow_motion[] = {
+    SPRINGLS__IF(springls__keeps_edges) SPRINGLS__STAGE(KEEP_EDGES, springls__keep_edges) SPRINGLS__END
+    SPRINGLS__IF(springls__carries) SPRINGLS__STAGE(PROJECT, springls__carry_level_set) SPRINGLS__END
+    SPRINGLS__REPEAT_WHILE(springls__iterates)
+        SPRINGLS__STAGE(EVOLVE, springls__evolve) /* section 4.5 */
+        SPRINGLS__STAGE(REBUILD, springls__rebuild)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__projects) SPRINGLS__STAGE(PROJECT, springls__project_level_set) SPRINGLS__END
+SPRINGLS__END };
 
-#define SPRINGLS__BEGIN_SUBSTEP                                                              \
-    SPRINGLS__DO(springls__substep_begin),                                                   \
-    SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
-    SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
-    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
-    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__find_present_components), \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
-#define SPRINGLS__MOVE                                                                       \
-    SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
-    SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \
-    SPRINGLS__DO(springls__substep_advanced)
-/* Makes the level set follow the springls. */
-#define SPRINGLS__FOLLOW                                                                     \
-    SPRINGLS__DO(springls__follow_begin),                                                    \
-    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),             \
-    SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
-    SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
-        SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
-        SPRINGLS__STAGE(REBUILD, springls__rebuild),                                         \
-        SPRINGLS__DO(springls__iteration_done),                                              \
-    SPRINGLS__END_REPEAT,                                                                    \
-    SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
-#define SPRINGLS__END_SUBSTEP                                                                \
-    SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
-    SPRINGLS__STAGE_IF(springls__follows_components, COMPONENTS, springls__find_present_components), \
-    SPRINGLS__DO(springls__substep_end)
+static const springls__entry springls__end_of_substep[] = {
+    SPRINGLS__IF(springls__locks_volume) SPRINGLS__STAGE(VOLUME_LOCK, springls__lock_volumes) SPRINGLS__END
+    SPRINGLS__IF(springls__follows_components) SPRINGLS__STAGE(COMPONENTS, springls__components) SPRINGLS__END
+SPRINGLS__END };
 
-static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
+/* Algorithm 2, after advect. */
+static const springls__entry springls__algorithm_2[] = {
+    SPRINGLS__IF(springls__relaxes) SPRINGLS__STAGE(RELAX, springls__relax) SPRINGLS__END /* section 4.3 */
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__relax_normals) SPRINGLS__END
+    SPRINGLS__IF(springls__resamples_first)
+        SPRINGLS__STAGE(CONTRACT, springls__contract) /* section 4.6, as resample */
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+        SPRINGLS__STAGE(RELAX, springls__relax)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__check_displacement)
+    SPRINGLS__IF(springls__phi_is_from_springls)
+        SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed)
+    SPRINGLS__END
+    SPRINGLS__CALL(springls__follow_motion)
+    SPRINGLS__IF(springls__resamples) SPRINGLS__CALL(springls__orient) SPRINGLS__END
+    SPRINGLS__IF(springls__resamples_last)
+        SPRINGLS__STAGE(CONTRACT, springls__contract_now)
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__resamples) SPRINGLS__STAGE(FILL_GAPS, springls__fill_gaps) SPRINGLS__END /* section 4.4 */
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__cover) SPRINGLS__END
+    SPRINGLS__CALL(springls__end_of_substep)
+SPRINGLS__END };
 
-static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__rouse),
-    SPRINGLS__DO_IF(springls__is_at_rest, springls__substep_end),
-    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
-    SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
-    SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
-    SPRINGLS__DO(springls__check_displacement),
-    SPRINGLS__STAGE_IF(springls__phi_is_from_springls, UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
-    SPRINGLS__FOLLOW,
-    SPRINGLS__DO_IF(springls__resamples, springls__orient),
-    SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
-    SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
-    SPRINGLS__END_SUBSTEP
-};
+/* Algorithm 3, after advect. */
+static const springls__entry springls__algorithm_3[] = {
+    SPRINGLS__DO(springls__wake)
+    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed)
+    SPRINGLS__CALL(springls__follow_motion)
+    SPRINGLS__IF(springls__relaxes) SPRINGLS__STAGE(RELAX, springls__relax) SPRINGLS__END
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__relax_normals) SPRINGLS__END
+    SPRINGLS__IF(springls__not_one_to_one)
+        SPRINGLS__STAGE(FILL_GAPS, springls__fill_gaps)
+        SPRINGLS__STAGE(CONTRACT, springls__contract_now)
+        SPRINGLS__STAGE(RESAMPLE, springls__resample)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__covers_again) SPRINGLS__STAGE(RELAX, springls__cover) SPRINGLS__END
+    SPRINGLS__CALL(springls__end_of_substep)
+SPRINGLS__END };
 
-static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__wake),
-    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
-    SPRINGLS__FOLLOW,
-    SPRINGLS__STAGE_IF(springls__relaxes, RELAX, springls__relax),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__relax_normals),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
-    SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
-    SPRINGLS__STAGE_IF(springls__covers_again, RELAX, springls__cover),
-    SPRINGLS__END_SUBSTEP
-};
-
-static const springls__step_entry springls__advect_only[] = {
-    SPRINGLS__BEGIN_SUBSTEP,
-    SPRINGLS__MOVE,
-    SPRINGLS__DO(springls__substep_end)
-};
-
-#undef SPRINGLS__DO
-#undef SPRINGLS__DO_IF
-#undef SPRINGLS__STAGE
-#undef SPRINGLS__STAGE_IF
-#undef SPRINGLS__REPEAT_WHILE
-#undef SPRINGLS__END_REPEAT
-#undef SPRINGLS__BEGIN_SUBSTEP
-#undef SPRINGLS__MOVE
-#undef SPRINGLS__FOLLOW
-#undef SPRINGLS__END_SUBSTEP
-
-SPRINGLS__FN const springls__step_entry *springls__algorithm_of(springls_mode mode)
-{
-    if (mode == SPRINGLS_MODE_FLUID) return springls__fluid;
-    return mode == SPRINGLS_MODE_ELASTIC ? springls__elastic : springls__advect_only;
-}
-
-/* Returns the entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
-SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
-{
-    for (;; entry++) {
-        if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
-            while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
-        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !(entry->when)(ctx))
-            while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
-        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || (entry->when)(ctx))) return entry;
-    }
-}
+static const springls__entry springls__step[] = {
+    SPRINGLS__DO(springls__plan_step)
+    SPRINGLS__IF(springls__needs_speed)
+        SPRINGLS__DO(springls__measure_speed)
+        SPRINGLS__DO(springls__cut_step)
+    SPRINGLS__END
+    SPRINGLS__REPEAT_WHILE(springls__step_goes_on)
+        SPRINGLS__DO(springls__substep_begin)
+        SPRINGLS__IF(springls__must_catch_up)
+            SPRINGLS__CALL(springls__rouse_moved)
+            SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
+        SPRINGLS__END
+        SPRINGLS__IF(springls__contact_bodies_are_new) SPRINGLS__DO(springls__find_contact_bodies) SPRINGLS__END
+        SPRINGLS__IF(springls__components_outdated) SPRINGLS__STAGE(COMPONENTS, springls__components) SPRINGLS__END
+        SPRINGLS__IF(springls__lock_is_new) SPRINGLS__STAGE(VOLUME_LOCK, springls__lock_volumes) SPRINGLS__END
+        SPRINGLS__IF(springls__needs_phi_before) SPRINGLS__KERNEL(sample_phi, SPRINGLS) SPRINGLS__END
+        SPRINGLS__STAGE(ADVECT, springls__advect) /* section 4.2 */
+        SPRINGLS__IF(springls__window_follows) SPRINGLS__DO(springls__follow_model) SPRINGLS__END
+        SPRINGLS__DO(springls__substep_advanced)
+        SPRINGLS__IF(springls__is_fluid)
+            SPRINGLS__CALL(springls__rouse)
+            SPRINGLS__IF(springls__is_not_at_rest) SPRINGLS__CALL(springls__algorithm_2) SPRINGLS__END
+        SPRINGLS__END
+        SPRINGLS__IF(springls__is_elastic) SPRINGLS__CALL(springls__algorithm_3) SPRINGLS__END
+        SPRINGLS__DO(springls__substep_end)
+    SPRINGLS__END
+SPRINGLS__END };
 
 #endif

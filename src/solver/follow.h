@@ -91,17 +91,19 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     saved->in_use = false;
 }
 
+static const springls__entry springls__follow_springls[] = {
+    SPRINGLS__CALL(springls__rouse_moved)
+    SPRINGLS__CALL(springls__carry_level_set)
+SPRINGLS__END };
+
 /* Makes phi follow; springls stay as they are. */
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
-    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_PROJECT);
     springls_status status;
     springls__use_device(ctx);
     ctx->calls++;
-    status = springls__run_to_completion(ctx, springls__rouse_moved);
-    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__carry_level_set);
+    status = springls__run_stage(ctx, SPRINGLS_STAGE_PROJECT, springls__follow_springls);
     ctx->calls--;
-    springls__stage_end(ctx, SPRINGLS_STAGE_PROJECT, started);
     return springls__report_device_failure(ctx, status);
 }
 
@@ -142,6 +144,8 @@ SPRINGLS__FN springls_status springls__find_present_components(springls_context 
     if (!reading) springls__end_reading(ctx);
     return status;
 }
+
+static const springls__entry springls__components[] = { SPRINGLS__DO(springls__find_present_components) SPRINGLS__END };
 
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)

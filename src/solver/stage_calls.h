@@ -20,20 +20,17 @@
 #include "step.h"
 
 /* Runs one stage under its clock. */
-SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, const springls__entry *table)
 {
     springls_status status;
-    double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__begin_change(ctx));
     ctx->lag = FLT_MAX; /* the next step is a whole one */
-    started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     springls__wake_all(ctx);
     ctx->calls++;
-    status = springls__run_to_completion(ctx, run);
+    status = springls__run_stage(ctx, (int)stage, table);
     ctx->calls--;
-    springls__stage_end(ctx, stage, started);
     return springls__report_device_failure(ctx, status);
 }
 

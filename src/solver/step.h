@@ -1,5 +1,4 @@
-/* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
-   any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
+/* step.h - runs a step: its table (algorithm_tables.h). It can be left after any entry and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
 #ifndef SPRINGLS__SOLVER_STEP_H
 #define SPRINGLS__SOLVER_STEP_H
 
@@ -13,45 +12,20 @@
 #include "follow.h"
 #include "rest.h"
 
-SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
-{
-    springls__stepping *step = &ctx->step;
-    const springls__step_entry *entry = springls__due_entry(ctx, step->next);
-    step->next = entry + 1;
-    step->stage = entry->stage;
-    step->stage_seconds = 0.0;
-    if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_phases(ctx, entry->run);
-}
-
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count. */
-SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
-{
-    springls__stepping *step = &ctx->step;
-    double started = springls__now(ctx) - step->stage_seconds;
-    springls_status status;
-    springls__use_device(ctx);
-    status = springls__resume(ctx, until);
-    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->stage_seconds = springls__now(ctx) - started;
-    else springls__entry_end(ctx, started);
-    return status;
-}
-
 /* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
-    springls_status status = SPRINGLS_OK;
+    springls_status status;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
-    do {
-        if (springls__phases_done(ctx)) springls__entry_begin(ctx);
-        status = springls__resume_entry(ctx, until);
-    } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
+    springls__turn_clocks(ctx);
+    status = springls__resume(ctx, until);
+    if (status != SPRINGLS_OK) springls__unwind(ctx);
+    springls__turn_clocks(ctx);
     ctx->calls--;
-    if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    ctx->step.active = ctx->work.depth > 0;
     if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
-    springls__abandon_step(ctx);
-    return springls__report_device_failure(ctx, status);
+    return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
 /* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
@@ -118,10 +92,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
-    ctx->step.algorithm = springls__algorithm_of(step->mode);
-    ctx->step.next = springls__plan;
-    ctx->step.stage = -1;
-    ctx->step.active = true;
+    springls__begin_step(ctx, springls__step);
     return SPRINGLS_OK;
 }
 

@@ -278,34 +278,36 @@ SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+SPRINGLS__FN springls_status springls__displace_springls(springls_context *ctx) { return springls__displace_all(&ctx->motion); }
 
-/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
-   displacements are computed again with a dt a little shorter than a uniform force would need. After TRIES attempts the limit is
-   dropped. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
+/* Finds whether all displacements are to be computed again: where a particle would go further than max_displacement (0: no limit), with a
+   dt a little shorter than a uniform force would need. After TRIES attempts the limit is dropped. */
+SPRINGLS__FN springls_status springls__check_motion(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *motion = &ctx->motion;
-    int count = ctx->model.set.count;
-    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
-        SPRINGLS__TRY(springls__displace_all(motion));
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
-    }
     springls__displaced(motion);
     if (motion->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE,
                               "advect: a force is NaN, or would move a springl by 1e9 voxels or more, at time %g",
                               (double)motion->time);
-    if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
-        motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
-        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
-    }
+    motion->again = motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES;
+    if (motion->again) motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__displaces(const springls_context *ctx) { return springls__round(ctx) == 0 || ctx->motion.again; }
+
+/* Takes the motion over. */
+SPRINGLS__FN springls_status springls__take_motion(springls_context *ctx)
+{
+    const springls__motion *motion = &ctx->motion;
+    const int count = ctx->model.set.count;
     if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
-        SPRINGLS__TRY(springls__take_moved(motion));
+        SPRINGLS__TRY(springls__take_moved(&ctx->motion));
         ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
@@ -313,6 +315,15 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     ctx->stats.moving_share = count ? (float)motion->moving / (float)count : 0.0f;
     return SPRINGLS_OK;
 }
+
+/* Moves all springls by the context's motion. */
+static const springls__entry springls__advect[] = {
+    SPRINGLS__REPEAT_WHILE(springls__displaces)
+        SPRINGLS__DO(springls__displace_springls) /* eq. 1, 2 */
+        SPRINGLS__DO(springls__check_motion)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__take_motion)
+SPRINGLS__END };
 
 /* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
 SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)

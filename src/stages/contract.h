@@ -10,43 +10,28 @@
 #include "inherit.h"
 #include "sleep.h"
 
-/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a
-   good springl is further from the old zero level than contract allows. Ends with a loop. */
-SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
-{
-    springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
+SPRINGLS__FN bool springls__has_springls(const springls_context *ctx) { return ctx->model.set.count > 0; }
 
-/* Decides for each springl whether it stays, is reshaped or removed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
+/* Lets thin sheets, and bodies that touch, be searched for. */
+SPRINGLS__FN springls_status springls__contract_begin(springls_context *ctx)
 {
     const springls_params *params = &ctx->model.params;
-    springls__arguments args;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    if (params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
-    args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
-    springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
-    return SPRINGLS_OK;
+    return params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__contract_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
+    args->contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
 }
 
 /* Counts the springls that have been reshaped. */
-SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
+SPRINGLS__FN springls_status springls__triangles_reshaped(springls_context *ctx)
 {
     springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
                           SPRINGLS__RESHAPE);
     springls__triangles_changed(ctx);
     ctx->neighbors_uses = 0;
-}
-
-/* Marks springls that may be merged as undecided, for rounds of merging. */
-SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
-{
-    const int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
     return SPRINGLS_OK;
 }
 
@@ -101,64 +86,56 @@ SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__CONTRACT_FIND,
-    SPRINGLS__CONTRACT_RESHAPE,
-    SPRINGLS__CONTRACT_RESHAPED,
-    SPRINGLS__CONTRACT_MERGE,
-    SPRINGLS__CONTRACT_MERGED,
-    SPRINGLS__CONTRACT_MERGE_BY_RANK,
-    SPRINGLS__CONTRACT_REMOVE
-};
+SPRINGLS__FN bool springls__merges_springls(const springls_context *ctx) { return ctx->model.params.merge_distance > 0.0f; }
 
-/* Ends a round of merging; returns the phase that follows. Where springls are dense, a round decides only a few and searches around
-   all. */
-SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx)
+/* Counts the springls that rounds of merging have left undecided, when rounds are to be checked. */
+SPRINGLS__FN springls_status springls__end_merge_round(springls_context *ctx)
 {
-    const int most = 16, count = ctx->model.set.count, rounds = ++ctx->work.repetition;
-    int undecided;
-    springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
-    undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
-    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+    if (springls__checks_traded_round(ctx, springls__round(ctx) + 1))
+        ctx->work.found = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED);
+    return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
+/* Returns true while another round of merging is to be done: not where springls are so dense that a round decides only a few and searches
+   around all. */
+SPRINGLS__FN bool springls__merges_in_rounds(const springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CONTRACT_FIND:
-        if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(springls__find_poor(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
-    case SPRINGLS__CONTRACT_RESHAPE:
-        springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
-    case SPRINGLS__CONTRACT_RESHAPED:
-        springls__triangles_reshaped(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-        SPRINGLS__TRY(springls__merge_begin(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
-    case SPRINGLS__CONTRACT_MERGE:
-        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
-    case SPRINGLS__CONTRACT_MERGED:
-        return springls__next_phase(ctx, springls__phase_after_merging(ctx));
-    case SPRINGLS__CONTRACT_MERGE_BY_RANK:
-        SPRINGLS__TRY(springls__merge_by_rank(ctx));
-        return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-    case SPRINGLS__CONTRACT_REMOVE:
-    default:
-        return springls__remove_poor(ctx);
-    }
+    const int most = 16, rounds = springls__round(ctx), undecided = ctx->work.found;
+    if (rounds == 0 || !springls__checks_traded_round(ctx, rounds)) return true;
+    return undecided > 0 && rounds < most && undecided < ctx->model.set.count / 8;
 }
 
-/* Contracts by phi as it is now. */
-SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__sample_phi(ctx));
-    return springls__next_stage(ctx, springls__contract);
-}
+/* Merges springls: marks those that may be merged as undecided, then decides about them. */
+static const springls__entry springls__merge[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(next_contract_action, SPRINGLS)
+    SPRINGLS__KERNEL(merge_begin, SPRINGLS)
+    SPRINGLS__REPEAT_WHILE(springls__merges_in_rounds)
+        SPRINGLS__KERNEL(merge, SPRINGLS)
+        SPRINGLS__SWAP(ROLE_contract_action, ROLE_next_contract_action)
+        SPRINGLS__DO(springls__end_merge_round)
+    SPRINGLS__END
+    SPRINGLS__IF(springls__found_some) SPRINGLS__DO(springls__merge_by_rank) SPRINGLS__END
+SPRINGLS__END };
+
+/* Decides for each springl whether it stays, is reshaped, merged or removed, by phi_n: phi at its particle. */
+static const springls__entry springls__contract[] = {
+    SPRINGLS__IF(springls__has_springls)
+        SPRINGLS__ROOM(contract_action, SPRINGLS)
+        SPRINGLS__DO(springls__contract_begin)
+        SPRINGLS__KERNEL_WITH(contract, SPRINGLS, springls__contract_args)
+        SPRINGLS__KERNEL(reshape, SPRINGLS)
+        SPRINGLS__DO(springls__triangles_reshaped)
+        SPRINGLS__IF(springls__merges_springls) SPRINGLS__CALL(springls__merge) SPRINGLS__END
+        SPRINGLS__DO(springls__remove_poor)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Contracts by phi as it is now. Algorithm 2 samples phi before springls move: after a step as long as d_max a good springl is further
+   from the old zero level than contract allows. */
+static const springls__entry springls__contract_now[] = {
+    SPRINGLS__KERNEL(sample_phi, SPRINGLS)
+    SPRINGLS__CALL(springls__contract)
+SPRINGLS__END };
 
 #endif

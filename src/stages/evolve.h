@@ -15,23 +15,16 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
-enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
-
-SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
+SPRINGLS__FN springls_status springls__take_evolved(springls_context *ctx)
 {
-    switch (ctx->work.phase) {
-    case SPRINGLS__EVOLVE_OMEGA:
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
-    case SPRINGLS__EVOLVE_PHI:
-        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
-    case SPRINGLS__EVOLVE_COMMIT:
-    default:
-        springls__commit_phi(ctx, 1);
-        springls__mark_phi_synced(ctx);
-        return SPRINGLS_OK;
-    }
+    springls__commit_phi(ctx, 1);
+    return springls__mark_phi_synced(ctx);
 }
+
+static const springls__entry springls__evolve[] = {
+    SPRINGLS__DO(springls__omega_build) /* eq. 21 */
+    SPRINGLS__KERNEL(evolve, BRICKS) /* eq. 23 */
+    SPRINGLS__DO(springls__take_evolved)
+SPRINGLS__END };
 
 #endif

@@ -8,53 +8,64 @@
 #include "../runtime/resumable.h"
 #include "../model/cell_bricks.h"
 #include "../model/constellation.h"
+#include "inherit.h"
 #include "sleep.h"
 
-/* Finds the springls missing beside others. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
+/* Counts the seeds that have neither been chosen nor dropped. */
+SPRINGLS__FN springls_status springls__count_undecided_seeds(springls_context *ctx)
 {
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_number, count));
-    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, NULL);
+    const springls__array actions = SPRINGLS__ROLE_ARRAY(seed_action);
+    ctx->work.found = springls__count_of(ctx, actions, ctx->model.set.count, SPRINGLS__UNDECIDED);
     return SPRINGLS_OK;
 }
 
-/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
-SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
+/* The same at the end of a round, when rounds are to be checked. */
+SPRINGLS__FN springls_status springls__end_seed_round(springls_context *ctx)
 {
-    return springls__checks_traded_round(ctx, rounds)
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+    return springls__checks_traded_round(ctx, springls__round(ctx) + 1) ? springls__count_undecided_seeds(ctx) : SPRINGLS_OK;
 }
 
-/* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
-SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
+/* Counts the chosen seeds in ctx->work.added, as many as there is room for, and makes that room. */
+SPRINGLS__FN springls_status springls__count_seeds(springls_context *ctx)
 {
-    springls__arguments args;
     int count = ctx->model.set.count, wanted = 0, room;
-    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(seed_number), count, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
     ctx->stats.refused += wanted - room;
     ctx->work.added = room;
-    if (room == 0) return SPRINGLS_OK;
-    args.insert.count = room;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__loop(ctx, SPRINGLS__KERNEL_insert_seeds, count, &args);
-    return SPRINGLS_OK;
+    return room > 0 ? springls__constellation_reserve(ctx, count + room) : SPRINGLS_OK;
 }
 
 /* Adds the seeds that were written to the springls of the model. */
-SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
+SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
 {
     int count = ctx->model.set.count, added = springls__count_stored(ctx);
-    if (added == 0) return;
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
     springls__constellation_changed(ctx);
+    return springls__attributes_after_fill(ctx, count);
 }
+
+/* Finds the springls missing beside others, chooses those that keep their distance from each other, and adds them. */
+static const springls__entry springls__fill_holes[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(seeds, SPRINGLS)
+    SPRINGLS__ROOM(seed_action, SPRINGLS)
+    SPRINGLS__ROOM(next_seed_action, SPRINGLS)
+    SPRINGLS__ROOM(seed_number, SPRINGLS)
+    SPRINGLS__KERNEL(seed, SPRINGLS)
+    SPRINGLS__DO(springls__count_undecided_seeds)
+    SPRINGLS__REPEAT_WHILE(springls__found_some)
+        SPRINGLS__KERNEL(seed_choose, SPRINGLS)
+        SPRINGLS__SWAP(ROLE_seed_action, ROLE_next_seed_action)
+        SPRINGLS__DO(springls__end_seed_round)
+    SPRINGLS__END
+    SPRINGLS__KERNEL(seed_count, SPRINGLS)
+    SPRINGLS__DO(springls__count_seeds)
+    SPRINGLS__IF(springls__adds_springls)
+        SPRINGLS__KERNEL_WITH(insert_seeds, SPRINGLS, springls__insert_args)
+        SPRINGLS__DO(springls__seeds_inserted)
+    SPRINGLS__END
+SPRINGLS__END };
 
 #endif

@@ -59,51 +59,29 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
-enum {
-    SPRINGLS__FILL_FIND_SEEDS,
-    SPRINGLS__FILL_CHOOSE_SEEDS,
-    SPRINGLS__FILL_SEEDS_CHOSEN,
-    SPRINGLS__FILL_SEEDS_INSERTED,
-    SPRINGLS__FILL_FIND_EXPOSED,
-    SPRINGLS__FILL_EXPOSED
-};
+SPRINGLS__FN bool springls__fills_from_springls(const springls_context *ctx) { return ctx->model.params.fill_from_springls != 0; }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* Finds what springls leave bare. After filling from springls, less of the zero level is. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, less of the zero level is bare */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels */
     const float d_max = ctx->model.params.d_max;
-    const int count = ctx->model.set.count;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__FILL_FIND_SEEDS:
-        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-        SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
-    case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
-            springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
-            return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
-        }
-        SPRINGLS__TRY(springls__insert_seeds(ctx));
-        return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
-    case SPRINGLS__FILL_SEEDS_CHOSEN:
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
-    case SPRINGLS__FILL_SEEDS_INSERTED:
-        springls__seeds_inserted(ctx);
-        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
-    case SPRINGLS__FILL_FIND_EXPOSED:
-        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
-                                          springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
-    case SPRINGLS__FILL_EXPOSED:
-    default:
-        SPRINGLS__TRY(springls__fill_exposed(ctx));
-        springls__fit_new_springls(ctx, count);
-        return springls__attributes_after_fill(ctx, count);
-    }
+    if (!springls__fills_from_springls(ctx)) return springls__find_exposed(ctx, d_max, d_max);
+    return springls__find_exposed(ctx, springls__max(covered, d_max), on_sheets);
 }
+
+SPRINGLS__FN springls_status springls__fill_bare(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
+    springls__fit_new_springls(ctx, count);
+    return springls__attributes_after_fill(ctx, count);
+}
+
+static const springls__entry springls__fill_gaps[] = {
+    SPRINGLS__IF(springls__fills_from_springls) SPRINGLS__CALL(springls__fill_holes) SPRINGLS__END
+    SPRINGLS__DO(springls__find_bare)
+    SPRINGLS__DO(springls__fill_bare)
+SPRINGLS__END };
 
 #endif

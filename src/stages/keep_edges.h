@@ -10,60 +10,59 @@
 #include "../runtime/resumable.h"
 #include "../model/cell_bricks.h"
 
-enum {
-    SPRINGLS__EDGES_NORMALS,
-    SPRINGLS__EDGES_CANDIDATES,
-    SPRINGLS__EDGES_SIDES,
-    SPRINGLS__EDGES_TURN,
-    SPRINGLS__EDGES_TURNED
-};
-
-/* Finds the springls at creases (edge), and the normal that each has on its side; with `search` in a model that has just been set
-   (springls__edge_arguments), else it turns them, each about its particle, into their sides. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool search)
+/* Makes room for the marks of cells with springls that were at an edge. */
+SPRINGLS__FN springls_status springls__edge_cells_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    switch (ctx->work.phase) {
-    case SPRINGLS__EDGES_NORMALS:
-        SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_cells, 2 * (size_t)ctx->model.grid.slot_count));
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_normal, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_CANDIDATES);
-    case SPRINGLS__EDGES_CANDIDATES:
-        args.edge.search = search;
-        if (!search) springls__run(ctx, SPRINGLS__KERNEL_edge_cells, ctx->model.grid.slot_count, NULL);
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_candidate, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_SIDES);
-    case SPRINGLS__EDGES_SIDES:
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_side, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_TURN);
-    case SPRINGLS__EDGES_TURN:
-        ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
-        if (search) return SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_edge_turn, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__EDGES_TURNED);
-    case SPRINGLS__EDGES_TURNED:
-    default:
-        ctx->omega_fresh = false;
-        ctx->springl_surface_fresh = false;
-        return SPRINGLS_OK;
-    }
+    return SPRINGLS__RESERVE(ctx, edge_cells, 2 * (size_t)ctx->model.grid.slot_count);
 }
 
-SPRINGLS__FN springls_status springls__sort_new_sides(springls_context *ctx) { return springls__sort_sides(ctx, true); }
-
-/* Finds the edges of a model that has just been set. Later no others are searched for: what bends sharply in motion is no
-   edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_edges(springls_context *ctx)
 {
-    return springls__run_to_completion(ctx, springls__sort_new_sides);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
+    return SPRINGLS_OK;
 }
 
-/* Turns springls at a crease into their sides. */
-SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { return springls__sort_sides(ctx, false); }
+/* Notes that springls have been turned about their particles, which stay. */
+SPRINGLS__FN springls_status springls__sides_turned(springls_context *ctx)
+{
+    ctx->omega_fresh = false;
+    ctx->springl_surface_fresh = false;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__edge_normals[] = {
+    SPRINGLS__DO(springls__cell_list_cover)
+    SPRINGLS__ROOM(side_normal, SPRINGLS)
+    SPRINGLS__ROOM(edge_candidate, SPRINGLS)
+    SPRINGLS__ROOM(was_at_edge, SPRINGLS)
+    SPRINGLS__DO(springls__edge_cells_begin)
+    SPRINGLS__KERNEL(edge_normal, SPRINGLS)
+SPRINGLS__END };
+
+SPRINGLS__FN void springls__search_args(const springls_context *ctx, springls__arguments *args)
+{
+    (void)ctx;
+    args->edge.search = 1;
+}
+
+/* Finds the springls at creases (edge), and the normal that each has on its side, in a model that has just been set. Later no others are
+   searched for: what bends sharply in motion is no edge. */
+static const springls__entry springls__find_edges[] = {
+    SPRINGLS__CALL(springls__edge_normals)
+    SPRINGLS__KERNEL_WITH(edge_candidate, SPRINGLS, springls__search_args)
+    SPRINGLS__KERNEL(edge_side, SPRINGLS)
+    SPRINGLS__DO(springls__count_edges)
+SPRINGLS__END };
+
+/* Turns springls at a crease, each about its particle, into their sides. */
+static const springls__entry springls__keep_edges[] = {
+    SPRINGLS__CALL(springls__edge_normals)
+    SPRINGLS__KERNEL(edge_cells, SLOTS)
+    SPRINGLS__KERNEL(edge_candidate, SPRINGLS)
+    SPRINGLS__KERNEL(edge_side, SPRINGLS)
+    SPRINGLS__DO(springls__count_edges)
+    SPRINGLS__KERNEL(edge_turn, SPRINGLS)
+    SPRINGLS__DO(springls__sides_turned)
+SPRINGLS__END };
 
 #endif

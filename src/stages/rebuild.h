@@ -26,38 +26,27 @@ SPRINGLS__FN springls_status springls__change_band(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
-
 /* Moves the band to where phi is small now. */
-SPRINGLS__FN springls_status springls__band_follow(springls_context *ctx)
+static const springls__entry springls__band_follow[] = {
+    SPRINGLS__ROOM(band_mask, BRICKS)
+    SPRINGLS__KERNEL(band, BRICKS)
+    SPRINGLS__DO(springls__change_band)
+SPRINGLS__END };
+
+/* Returns true while phi is to be swept again: once a voxel of the band. */
+SPRINGLS__FN bool springls__sweeps_band(const springls_context *ctx)
 {
-    if (ctx->work.phase == SPRINGLS__BAND_CHANGE) return springls__change_band(ctx);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_mask, ctx->model.grid.active_count));
-    springls__loop(ctx, SPRINGLS__KERNEL_band, ctx->model.grid.active_count, NULL);
-    return springls__next_phase(ctx, SPRINGLS__BAND_CHANGE);
+    return springls__round(ctx) < (int)ctx->model.params.band_half_width;
 }
 
-SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
-{
-    return springls__run_to_completion(ctx, springls__band_follow);
-}
-
-enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
-
-SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
-{
-    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
-    switch (ctx->work.phase) {
-    case SPRINGLS__REBUILD_INTERFACE:
-        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    case SPRINGLS__REBUILD_SWEEP:
-    default:
-        springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == sweeps) return springls__next_stage(ctx, springls__band_follow);
-        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
-    }
-}
+static const springls__entry springls__rebuild[] = {
+    SPRINGLS__KERNEL(subvoxel, BRICKS)
+    SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__REPEAT_WHILE(springls__sweeps_band)
+        SPRINGLS__KERNEL(redistance, BRICKS)
+        SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__END
+    SPRINGLS__CALL(springls__band_follow)
+SPRINGLS__END };
 
 #endif

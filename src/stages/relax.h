@@ -9,91 +9,89 @@
 #include "../model/constellation.h"
 #include "../model/neighbors.h"
 
-enum {
-    SPRINGLS__RELAX_BEGIN,
-    SPRINGLS__RELAX_SHORTENED,
-    SPRINGLS__RELAX_FIND_NEIGHBORS,
-    SPRINGLS__RELAX_NEIGHBORS_FOUND,
-    SPRINGLS__RELAX_ITERATE,
-    SPRINGLS__RELAX_ITERATED,
-    SPRINGLS__RELAX_COVER,
-    SPRINGLS__RELAX_COVERED
-};
-
 /* Replaces the springls by those that a kernel has written to relaxed_springls. */
-SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
+SPRINGLS__FN springls_status springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
     springls__triangles_changed(ctx);
+    return SPRINGLS_OK;
 }
 
-/* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
-SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool covers)
+SPRINGLS__FN bool springls__may_relax(const springls_context *ctx)
 {
-    const springls_params *params = &ctx->model.params;
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    args.relax.kept = ctx->work.kept;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RELAX_BEGIN:
-        if (count == 0 || params->relax_iterations == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, relaxed_springls, count));
-        if (!params->cover) return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-        springls__loop(ctx, SPRINGLS__KERNEL_shorten_arms, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_SHORTENED);
-    case SPRINGLS__RELAX_SHORTENED:
-        springls__take_relaxed(ctx); /* springls with their own arms stay in relaxed_springls, for those that are asleep */
-        ctx->work.kept = true;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
-    case SPRINGLS__RELAX_FIND_NEIGHBORS:
-        SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__RELAX_NEIGHBORS_FOUND);
-    case SPRINGLS__RELAX_NEIGHBORS_FOUND:
-        springls__neighbors_found(ctx);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_ITERATE:
-        if (ctx->work.repetition == params->relax_iterations)
-            return covers && params->cover ? springls__next_phase(ctx, SPRINGLS__RELAX_COVER) : SPRINGLS_OK;
-        springls__loop(ctx, SPRINGLS__KERNEL_relax, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
-    case SPRINGLS__RELAX_ITERATED:
-        springls__take_relaxed(ctx);
-        ctx->work.kept = false;
-        ctx->work.repetition++;
-        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
-    case SPRINGLS__RELAX_COVER:
-        springls__loop(ctx, SPRINGLS__KERNEL_cover, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RELAX_COVERED);
-    case SPRINGLS__RELAX_COVERED:
-    default:
-        springls__take_relaxed(ctx);
-        return SPRINGLS_OK;
-    }
+    return ctx->model.set.count > 0 && ctx->model.params.relax_iterations > 0;
 }
 
-SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
-SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
+SPRINGLS__FN bool springls__covers(const springls_context *ctx) { return ctx->model.params.cover && springls__may_relax(ctx); }
+
+/* Returns true while springls are to be relaxed once more. */
+SPRINGLS__FN bool springls__iterates_relaxation(const springls_context *ctx)
+{
+    return springls__round(ctx) < ctx->model.params.relax_iterations;
+}
+
+/* After shorten_arms, springls with their own arms stay in relaxed_springls, for those that are asleep. */
+SPRINGLS__FN void springls__relax_args(const springls_context *ctx, springls__arguments *args)
+{
+    args->relax.kept = ctx->model.params.cover && springls__round(ctx) == 0;
+}
+
+static const springls__entry springls__begin_relaxation[] = {
+    SPRINGLS__ROOM(relaxed_springls, SPRINGLS)
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__KERNEL(shorten_arms, SPRINGLS)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__neighbors_build)
+    SPRINGLS__DO(springls__neighbors_found)
+SPRINGLS__END };
+
+/* Algorithm 1: relaxes springls; their triangles stay as they are. */
+static const springls__entry springls__relax_normals[] = {
+    SPRINGLS__IF(springls__may_relax)
+        SPRINGLS__CALL(springls__begin_relaxation)
+        SPRINGLS__REPEAT_WHILE(springls__iterates_relaxation)
+            SPRINGLS__KERNEL_WITH(relax, SPRINGLS, springls__relax_args) /* eq. 3 to 20 */
+            SPRINGLS__DO(springls__take_relaxed)
+        SPRINGLS__END
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Algorithm 1: each gets the triangle of its share of the surface at the end, if params.cover. */
+static const springls__entry springls__relax[] = {
+    SPRINGLS__CALL(springls__relax_normals)
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__KERNEL(cover, SPRINGLS)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+SPRINGLS__END };
 
 /* Measures the shares of all springls again, after some springls have come or gone. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+static const springls__entry springls__cover[] = {
+    SPRINGLS__IF(springls__covers)
+        SPRINGLS__CALL(springls__begin_relaxation)
+        SPRINGLS__KERNEL_WITH(cover, SPRINGLS, springls__relax_args)
+        SPRINGLS__DO(springls__take_relaxed)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Makes room for the search that tells bodies apart. */
+SPRINGLS__FN springls_status springls__orient_begin(springls_context *ctx)
 {
-    springls_status status = springls__next_stage(ctx, springls__relax);
-    ctx->work.repetition = ctx->model.params.relax_iterations;
-    return status;
+    return ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
 }
 
-enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
-
-/* Turns flipped triangles round (section 4.3.1). */
-SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
+SPRINGLS__FN springls_status springls__triangles_oriented(springls_context *ctx)
 {
-    if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
-        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
-    }
     ctx->springl_surface_fresh = false;
     return SPRINGLS_OK;
 }
+
+/* Turns flipped triangles round (section 4.3.1). */
+static const springls__entry springls__orient[] = {
+    SPRINGLS__DO(springls__orient_begin)
+    SPRINGLS__KERNEL(orient, SPRINGLS)
+    SPRINGLS__DO(springls__triangles_oriented)
+SPRINGLS__END };
 
 #endif

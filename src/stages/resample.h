@@ -23,41 +23,36 @@ SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum { SPRINGLS__RESAMPLE_FIND, SPRINGLS__RESAMPLE_SPLIT, SPRINGLS__RESAMPLE_STORE, SPRINGLS__RESAMPLE_STORED };
-
-SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
+/* Makes room for the springls that come of splits, and for what they inherit. */
+SPRINGLS__FN springls_status springls__split_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__arguments args;
-    int added;
-    switch (ctx->work.phase) {
-    case SPRINGLS__RESAMPLE_FIND:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
-        springls__loop(ctx, SPRINGLS__KERNEL_overgrown, count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_SPLIT);
-    case SPRINGLS__RESAMPLE_SPLIT:
-        SPRINGLS__TRY(springls__count_splits(ctx));
-        if (ctx->work.added == 0) return SPRINGLS_OK;
-        args.insert.count = ctx->work.added;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
-        SPRINGLS__TRY(springls__cell_list_cover(ctx));
-        SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
-        SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
-        springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORE);
-    case SPRINGLS__RESAMPLE_STORE:
-        args.insert.count = ctx->work.added;
-        springls__loop(ctx, SPRINGLS__KERNEL_split_store, count, &args);
-        return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
-    case SPRINGLS__RESAMPLE_STORED:
-    default:
-        added = springls__count_stored(ctx);
-        springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
-        ctx->stats.split += added;
-        springls__constellation_changed(ctx);
-        springls__attributes_after_split(ctx, count);
-        return SPRINGLS_OK;
-    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + ctx->work.added));
+    return springls__attributes_before_split(ctx, ctx->work.added);
 }
+
+/* Adds the springls that were written to those of the model. */
+SPRINGLS__FN springls_status springls__splits_stored(springls_context *ctx)
+{
+    const int count = ctx->model.set.count, added = springls__count_stored(ctx);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+    ctx->stats.split += added;
+    springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__resample[] = {
+    SPRINGLS__ROOM(split_number, SPRINGLS)
+    SPRINGLS__KERNEL(overgrown, SPRINGLS)
+    SPRINGLS__DO(springls__count_splits)
+    SPRINGLS__IF(springls__adds_springls)
+        SPRINGLS__DO(springls__split_begin)
+        SPRINGLS__KERNEL_WITH(split, SPRINGLS, springls__insert_args)
+        SPRINGLS__KERNEL_WITH(split_store, SPRINGLS, springls__insert_args)
+        SPRINGLS__DO(springls__splits_stored)
+    SPRINGLS__END
+SPRINGLS__END };
 
 #endif

@@ -39,50 +39,66 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 }
 
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
-SPRINGLS__FN void springls__find_awake_now(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int awake;
     if (!springls__may_sleep(ctx)) {
         springls__wake_all(ctx);
-        return;
+        return SPRINGLS_OK;
     }
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;
-    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return; /* saves a blocking read */
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
     awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
     g->some_asleep = awake < g->active_count;
     ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
-}
-
-enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
-
-/* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
-   sleep. */
-SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
-{
-    if (!springls__may_sleep(ctx)) {
-        springls__wake_all(ctx);
-        return SPRINGLS_OK;
-    }
-    if (ctx->work.phase == SPRINGLS__ROUSE_MEASURE) {
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-        springls__loop(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-        return springls__next_phase(ctx, SPRINGLS__ROUSE_STIR);
-    }
-    springls__run(ctx, SPRINGLS__KERNEL_calm, ctx->model.grid.active_count, NULL);
-    springls__stir(ctx, which, 0, ctx->model.set.count);
-    springls__find_awake_now(ctx);
     return SPRINGLS_OK;
 }
 
-/* Finds the bricks that have to follow springls which have moved before. */
-SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
+SPRINGLS__FN springls_status springls__stir_moved(springls_context *ctx)
 {
-    return springls__find_awake(ctx, SPRINGLS__STIR_AWAY);
+    springls__stir(ctx, SPRINGLS__STIR_AWAY, 0, ctx->model.set.count);
+    return SPRINGLS_OK;
 }
+
+/* Ends the calm of what has just moved or, where nothing has, of what had moved before. */
+SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
+{
+    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    return SPRINGLS_OK;
+}
+
+/* Returns true where the bricks that are awake may have become others by the last motion. */
+SPRINGLS__FN bool springls__may_rouse(const springls_context *ctx) { return !(ctx->motion.still && ctx->at_rest); }
+
+static const springls__entry springls__count_calm[] = {
+    SPRINGLS__ROOM(synced_distance2, SPRINGLS)
+    SPRINGLS__KERNEL(displacement, SPRINGLS)
+    SPRINGLS__KERNEL(calm, BRICKS)
+SPRINGLS__END };
+
+/* Finds the bricks that are awake, after the springls have moved. */
+static const springls__entry springls__rouse[] = {
+    SPRINGLS__IF(springls__may_rouse)
+        SPRINGLS__IF(springls__may_sleep)
+            SPRINGLS__CALL(springls__count_calm)
+            SPRINGLS__DO(springls__stir_moving)
+        SPRINGLS__END
+        SPRINGLS__DO(springls__find_awake)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Finds the bricks that have to follow springls which have moved before. */
+static const springls__entry springls__rouse_moved[] = {
+    SPRINGLS__IF(springls__may_sleep)
+        SPRINGLS__CALL(springls__count_calm)
+        SPRINGLS__DO(springls__stir_moved)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__find_awake)
+SPRINGLS__END };
 
 #endif

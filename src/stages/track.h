@@ -7,12 +7,8 @@
 #ifndef SPRINGLS__STAGES_TRACK_H
 #define SPRINGLS__STAGES_TRACK_H
 
-#include "../runtime/launch.h"
+#include "../runtime/entries.h"
 
-SPRINGLS__FN springls_status springls__track(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, NULL);
-    return SPRINGLS_OK;
-}
+static const springls__entry springls__track[] = { SPRINGLS__KERNEL(track, SPRINGLS) /* eq. 26 */ SPRINGLS__END };
 
 #endif

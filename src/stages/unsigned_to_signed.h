@@ -84,46 +84,37 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__SIGN_OMEGA,
-    SPRINGLS__SIGN_GROW_BRICKS,
-    SPRINGLS__SIGN_GROW_COARSE,
-    SPRINGLS__SIGN_GROW_FINE,
-    SPRINGLS__SIGN_SIDES,
-    SPRINGLS__SIGN_COMMIT
-};
-
-SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
+/* Activates the bricks around springls, and no others. */
+SPRINGLS__FN springls_status springls__sign_begin(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.phase) {
-    case SPRINGLS__SIGN_OMEGA:
-        if (ctx->model.set.count == 0)
-            return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-        SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
-    case SPRINGLS__SIGN_GROW_BRICKS:
-        SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
-    case SPRINGLS__SIGN_GROW_COARSE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
-    case SPRINGLS__SIGN_GROW_FINE:
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
-    case SPRINGLS__SIGN_SIDES:
-        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, NULL);
-        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
-    case SPRINGLS__SIGN_COMMIT:
-    default:
-        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
-        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, NULL);
-        springls__mark_phi_synced(ctx);
-        return springls__next_stage(ctx, springls__rebuild);
-    }
+    if (ctx->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+    return springls__bricks_around_springls(ctx);
 }
+
+SPRINGLS__FN springls_status springls__grow_coarse(springls_context *ctx) { return springls__grow_voxels(ctx, 4, INT32_MAX); }
+
+SPRINGLS__FN springls_status springls__grow_fine(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+    return springls__grow_voxels(ctx, 1, 2);
+}
+
+SPRINGLS__FN bool springls__knows_sides(const springls_context *ctx) { return ctx->model.params.project_level_set != 0; }
+
+static const springls__entry springls__unsigned_to_signed[] = {
+    SPRINGLS__DO(springls__sign_begin)
+    SPRINGLS__DO(springls__omega_build) /* eq. 21 */
+    SPRINGLS__DO(springls__grow_bricks)
+    SPRINGLS__DO(springls__grow_coarse)
+    SPRINGLS__DO(springls__grow_fine)
+    SPRINGLS__IF(springls__knows_sides)
+        SPRINGLS__KERNEL(sides, BRICKS)
+        SPRINGLS__DO(springls__resolve_regions)
+    SPRINGLS__END
+    SPRINGLS__KERNEL(with_sign, BRICKS)
+    SPRINGLS__DO(springls__mark_phi_synced)
+    SPRINGLS__CALL(springls__rebuild)
+SPRINGLS__END };
 
 #endif

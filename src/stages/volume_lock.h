@@ -425,4 +425,6 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+static const springls__entry springls__lock_volumes[] = { SPRINGLS__DO(springls__volume_lock) SPRINGLS__END };
+
 #endif

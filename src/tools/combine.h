@@ -536,7 +536,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
@@ -548,12 +548,12 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     springls__constellation_changed(ctx);
     springls__clear_target_volumes(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
-    SPRINGLS__TRY(springls__band_move(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     if (project && ctx->model.params.project_level_set)
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
@@ -592,7 +592,7 @@ SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls_
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
             if (before[o] < g->calm[o]) g->calm[o] = before[o];
-    if (aside->slot_count) springls__find_awake_now(ctx);
+    if (aside->slot_count) springls__find_awake(ctx);
 }
 
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
@@ -609,7 +609,7 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    springls__find_awake_now(ctx);
+    springls__find_awake(ctx);
     SPRINGLS__TRY(springls__complete_model(ctx, true));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     return SPRINGLS_OK;

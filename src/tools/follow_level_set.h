@@ -192,7 +192,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     first = ctx->model.set.count;
     SPRINGLS__TRY(springls__add_isolated(job, &added));
     SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
-    springls__find_awake_now(ctx);
+    springls__find_awake(ctx);
     return springls__complete_model(ctx, false);
 }
 

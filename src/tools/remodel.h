@@ -152,10 +152,10 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
     const int max_passes = 40;
     int i, before = -1;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__resample));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__resample));
     }
     return SPRINGLS_OK;
 }
@@ -260,7 +260,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
         if (springls__cancelled(ctx, 1.0f - left / duration))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "smooth: cancelled with %g voxel^2 left", (double)left);
     }
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now)); /* removes springls of what phi has lost since */
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
@@ -303,12 +303,12 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
     int i, before = -1;
-    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+    SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));
-        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__relax));
+        SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
     springls__mark_phi_synced(ctx);

@@ -436,7 +436,7 @@ TEST orient_keeps_what_is_beside_another_body(uint32_t other)
     side = springls_count(ctx);
     lay_side(ctx, 26.1f, 1);
     for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : other;
-    ASSERT_OK(fixture_stage(ctx, springls__orient));
+    ASSERT_OK(fixture_table(ctx, springls__orient));
     for (i = 0; i < side; i++) turned += springls__springl_normal(fixture_here(ctx)->set.s[i]).z > 0.0f;
     if (other == 1u) ASSERT_GT(turned, side / 2);
     else ASSERT_EQ(0, turned);
@@ -455,7 +455,7 @@ TEST a_gap_opens(int nucleate)
     fixture_clear(ctx);
     lay_side(ctx, 15.6f, 1);
     lay_side(ctx, 16.4f, -1);
-    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
+    ASSERT_OK(fixture_table(ctx, springls__project_level_set));
     g = &fixture_here(ctx)->grid;
     if (nucleate) ASSERT_IN_RANGE(0.4f, springls__grid_phi(g, g->phi, 16, 16, 16), 0.05f);
     else ASSERT_LT(springls__grid_phi(g, g->phi, 16, 16, 16), 0.0f);

@@ -305,14 +305,6 @@ TEST sheets_and_threads_are_told_apart(int part, int expected)
 }
 
 /* Springls that fill from their neighbourhood keep their distance from each other, and from max_springls. */
-/* Holes among springls only. */
-static springls_status fill_holes(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls__fill_gaps(ctx));
-    if (ctx->work.phase == SPRINGLS__FILL_FIND_EXPOSED) ctx->work.pending = false;
-    return SPRINGLS_OK;
-}
-
 TEST seeds_keep_their_distance(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
@@ -322,11 +314,11 @@ TEST seeds_keep_their_distance(void)
     ASSERT_GT(cut_hole(ctx, d3_make(-0.3, 0.5, 0.1), 9.0, 2.0), 20);
     before = springls_count(ctx);
     ctx->desc.max_springls = before + 4;
-    ASSERT_OK(fixture_stage(ctx, fill_holes));
+    ASSERT_OK(fixture_table(ctx, springls__fill_holes));
     ASSERT_EQ(before + 4, springls_count(ctx));
     ASSERT_GT(springls_get_stats(ctx).refused, 0);
     ctx->desc.max_springls = before + 1000;
-    for (i = 0; i < 3; i++) ASSERT_OK(fixture_stage(ctx, fill_holes));
+    for (i = 0; i < 3; i++) ASSERT_OK(fixture_table(ctx, springls__fill_holes));
     ASSERT_GT(springls_count(ctx), before + 8);
     for (i = before; i < springls_count(ctx); i++) {
         fixture_springl s = fixture_get(ctx, i);
@@ -347,7 +339,7 @@ TEST rims_do_not_grow(void)
     for (i = 0; i < springls_count(ctx); i++) keep[i] = fixture_particle(ctx, i).z > 15.5f;
     fixture_keep(ctx, keep);
     free(keep);
-    for (pass = 0; pass < 10; pass++) ASSERT_OK(fixture_stage(ctx, fill_holes));
+    for (pass = 0; pass < 10; pass++) ASSERT_OK(fixture_table(ctx, springls__fill_holes));
     for (i = 0; i < springls_count(ctx); i++) ASSERT_GT(fixture_particle(ctx, i).z, 14.5f);
     springls_destroy(ctx);
     PASS();

@@ -229,7 +229,7 @@ TEST a_sheet_nucleates(void)
     springls_measures m;
     int x, y;
     lay_sheet(ctx, 0.3, 11.0, 20.9, 1);
-    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
+    ASSERT_OK(fixture_table(ctx, springls__project_level_set));
     for (y = 13; y <= 18; y++)
         for (x = 13; x <= 18; x++) {
             ASSERT_IN_RANGE(-0.3f, phi_at(ctx, x, y, 16), 0.02f);
@@ -253,7 +253,7 @@ TEST a_gap_does_not(int nucleate)
     p.nucleate = nucleate;
     ASSERT_OK(springls_set_params(ctx, &p));
     lay_sheet(ctx, 0.3, 11.0, 20.9, nucleate ? -1 : 1);
-    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
+    ASSERT_OK(fixture_table(ctx, springls__project_level_set));
     for (y = 8; y < 24; y++)
         for (x = 8; x < 24; x++) ASSERT(phi_at(ctx, x, y, 16) >= 0.0f);
     springls_destroy(ctx);
@@ -272,7 +272,7 @@ TEST a_ribbon_does_not(void)
             springls__v3 u = springls__v3_make(0.0f, 0.4f, 0.0f), v = springls__v3_make(0.4f, 0.0f, 0.0f);
             fixture_add(ctx, springls__add(c, u), springls__sub(c, i ? v : u), springls__sub(c, i ? u : v));
         }
-    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
+    ASSERT_OK(fixture_table(ctx, springls__project_level_set));
     for (i = 8; i < 24; i++) ASSERT(phi_at(ctx, i, 16, 16) >= 0.0f);
     springls_destroy(ctx);
     PASS();
