@@ -12732,7 +12732,7 @@ typedef struct springls__entry {
     const struct springls__entry *table;
 } springls__entry;
 
-/* Runs a function, which may end with a loop (springls__loop). */
+/* Runs a function, which may end with a loop (springls__loop), and with a phase of its own that follows (springls__next_phase). */
 #define SPRINGLS__DO(function) { SPRINGLS__ENTRY_DO, #function, 0, 0, 0, function, NULL, NULL, NULL },
 /* Runs a kernel over all springls, active bricks or slots; _WITH: with arguments that a function writes. */
 #define SPRINGLS__KERNEL(name, over)                                                                                             \
@@ -13404,6 +13404,7 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 /* Begins a step: its table, from the next springls__resume_step on. */
 SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
 {
+    memset(&ctx->work, 0, sizeof ctx->work);
     springls__enter(ctx, table, -1);
     ctx->work.on_device = true;
     ctx->step.active = true;
@@ -42784,7 +42785,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17189 \"springls.h\"\n",
+    "#line 17190 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -43812,7 +43813,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18218 \"springls.h\"\n",
+    "#line 18219 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44398,7 +44399,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18805 \"springls.h\"\n",
+    "#line 18806 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44994,7 +44995,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44998 \"springls.h\"\n",
+    "#line 44999 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -285,6 +285,7 @@ SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, 
 /* Begins a step: its table, from the next springls__resume_step on. */
 SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
 {
+    memset(&ctx->work, 0, sizeof ctx->work);
     springls__enter(ctx, table, -1);
     ctx->work.on_device = true;
     ctx->step.active = true;
