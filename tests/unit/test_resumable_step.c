@@ -1,5 +1,5 @@
 /* test_resumable_step.c - springls_step_begin and _continue: the same bits however a step is cut, reading in between, what ends a
-   step in progress. Time is a clock of the test's own, so that nothing depends on the machine. */
+   step in progress; and the tables that it runs. Time is a clock of the test's own, so that nothing depends on the machine. */
 #include "fixtures.h"
 
 enum { FLUID, FLUID_PAPER, ELASTIC, ELASTIC_PAPER, ONLY_ADVECT, CUT, LOCKED, PRESERVED, FAR, EDGES, SCENES };
@@ -410,6 +410,59 @@ TEST stages_are_traced_once(void)
     PASS();
 }
 
+/* What the entries of a table have done, a letter each. */
+static char did[32];
+
+static springls_status note(char letter)
+{
+    const size_t n = strlen(did);
+    if (n + 1 < sizeof did) did[n] = letter;
+    return SPRINGLS_OK;
+}
+
+static springls_status do_a(springls_context *ctx) { return ctx ? note('a') : SPRINGLS_OUT_OF_MEMORY; }
+static springls_status do_b(springls_context *ctx) { return ctx ? note('b') : SPRINGLS_OUT_OF_MEMORY; }
+static springls_status do_c(springls_context *ctx) { return ctx ? note('c') : SPRINGLS_OUT_OF_MEMORY; }
+static springls_status do_fail(springls_context *ctx) { return ctx ? SPRINGLS_CANCELLED : SPRINGLS_OUT_OF_MEMORY; }
+static bool never(const springls_context *ctx) { return !ctx; }
+static bool always(const springls_context *ctx) { return ctx != NULL; }
+static bool thrice(const springls_context *ctx) { return springls__round(ctx) < 3; }
+static bool in_second_round(const springls_context *ctx) { return springls__round(ctx) == 1; }
+
+/* Blocks are left out or repeated whole, one inside the other and one after the other; a table that is called counts rounds of its own. */
+TEST a_table_runs_as_it_reads(void)
+{
+    static const springls__entry inner[] = {
+        SPRINGLS__REPEAT_WHILE(springls__twice) SPRINGLS__DO(do_c) SPRINGLS__END
+    SPRINGLS__END };
+    static const springls__entry outer[] = {
+        SPRINGLS__DO(do_a)
+        SPRINGLS__IF(never)
+            SPRINGLS__REPEAT_WHILE(always) SPRINGLS__DO(do_fail) SPRINGLS__END
+            SPRINGLS__IF(always) SPRINGLS__DO(do_fail) SPRINGLS__END
+        SPRINGLS__END
+        SPRINGLS__REPEAT_WHILE(thrice)
+            SPRINGLS__IF(in_second_round) SPRINGLS__DO(do_b) SPRINGLS__END
+            SPRINGLS__CALL(inner)
+        SPRINGLS__END
+        SPRINGLS__REPEAT_WHILE(never) SPRINGLS__DO(do_fail) SPRINGLS__END
+        SPRINGLS__REPEAT_WHILE(springls__twice) SPRINGLS__DO(do_a) SPRINGLS__END
+    SPRINGLS__END };
+    static const springls__entry failing[] = {
+        SPRINGLS__CALL(inner)
+        SPRINGLS__REPEAT_WHILE(always) SPRINGLS__DO(do_fail) SPRINGLS__END
+    SPRINGLS__END };
+    springls_context *ctx = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 4.0f);
+    memset(did, 0, sizeof did);
+    ASSERT_OK(springls__run_table(ctx, outer));
+    ASSERT_STR_EQ("accbccccaa", did);
+    ASSERT_EQ(SPRINGLS_CANCELLED, springls__run_stage(ctx, (int)SPRINGLS_STAGE_RELAX, failing));
+    ASSERT_STR_EQ("accbccccaacc", did);
+    ASSERT_EQ(0, ctx->work.depth);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST wrong_arguments_are_told(void)
 {
     scene s;
@@ -467,6 +520,7 @@ int main(int argc, char **argv)
     RUN_TEST(failures_end_the_step);
     RUN_TEST(descriptions_are_copied);
     RUN_TEST(stages_are_traced_once);
+    RUN_TEST(a_table_runs_as_it_reads);
     RUN_TEST(wrong_arguments_are_told);
     GREATEST_MAIN_END();
 }
