@@ -17598,6 +17598,22 @@ SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b,
     return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
 }
 
+/* Returns whether brick b of the table has hits, crossings or arcs in rows [first, end). */
+SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b, int of, int first, int end)
+{
+    return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];
+}
+
+/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
+SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int axis)
+{
+    int k;
+    for (k = -1; k < 2; k++)
+        if (springls__has_some(contour, springls__brick_beside(brick, axis, k), SPRINGLS__OF_HITS, 64 * axis, 64 * axis + 64)) return true;
+    return false;
+}
+
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
@@ -17722,6 +17738,10 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
     int row, at, k;
     for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
         const bool some = springls__has_hits(contour, b, row);
+        if ((row & 63) == 0 && !springls__has_hits_along(contour, brick, row >> 6)) {
+            row += 63;
+            continue;
+        }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
         if (!some) continue;
@@ -17905,15 +17925,25 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
+    uint32_t beside = 0u;
     int line, node, k, at[3];
     for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {
+        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {
+            line += 63;
+            continue;
+        }
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__vote_on_line(model, contour, brick, line, work);
                 break;
             }
-    for (node = 0; node < 16; node++) brick->inside[node] = 0u;
+    }
+    for (node = 0; node < 16; node++) {
+        brick->inside[node] = 0u;
+        beside |= brick->beside_hits[node];
+    }
+    if (brick->slot == SPRINGLS__OUTSIDE && beside == 0u) return;
     for (node = 0; node < 512; node++) {
         float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
@@ -18183,12 +18213,17 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             }
         }
     }
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {
+        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {
+            line += 63;
+            continue;
+        }
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__count_pairs(contour, brick, line);
                 break;
             }
+    }
 }
 
 /* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
@@ -18198,7 +18233,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
     int line, x, at[3];
-    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && begin[0] != begin[SPRINGLS__TABLE_ROWS]; line++) {
         int first = 0, count = 0;
         if (begin[line] == begin[line + 1]) continue;
         springls__gather_line(contour, brick, line, true, work);
@@ -18715,13 +18750,24 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
     }
 }
 
+/* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */
+SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)
+{
+    int d;
+    for (d = 0; d < 8; d++)
+        if (springls__has_some(contour, brick->around[13 + (d & 1) + 3 * (d >> 1 & 1) + 9 * (d >> 2)], of, 0, SPRINGLS__TABLE_ROWS))
+            return true;
+    return false;
+}
+
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
-    for (axis = 0; axis < 3; axis++)
+    for (axis = 0; axis < 3 && some; axis++)
         for (v = 0; v < 9; v++)
             for (u = 0; u < 9; u++) {
                 const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
@@ -18783,7 +18829,7 @@ SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const spr
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
     int k;
-    for (k = 0; k < 1536; k++) {
+    for (k = 0; k < 1536 && begin[0] != begin[SPRINGLS__TABLE_ROWS]; k++) {
         springls__owned owned;
         springls__face face;
         int of_node[3];
@@ -19351,6 +19397,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, axis, sum = 0, at[3];
+    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
     for (k = 0; k < 512; k++) work->sides[k] = 0;
     for (axis = 0; axis < 3; axis++) {
         const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
@@ -19362,7 +19409,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
             work->sides[k] += (uint8_t)arcs;
             if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
         }
-        for (k = 0; k < 64 && next >= 0; k++)
+        for (k = 0; k < 64 && springls__has_some(contour, next, SPRINGLS__OF_ARCS, 64 * axis, 64 * axis + 64); k++)
             work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
     }
     for (k = 0; k < 512; k++) sum += work->sides[k];
@@ -19619,10 +19666,9 @@ SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64
 /* Returns how many crossings or arcs a row has. */
 SPRINGLS__FN int springls__count_of_row(const springls__surface_brick *brick, int of, int row)
 {
-    const uint8_t *count = (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row;
-    int k, sum = 0;
-    for (k = 0; k < 8; k++) sum += count[k];
-    return sum;
+    uint64_t counts; /* eight, whose sum the product has in its highest byte */
+    memcpy(&counts, (of == SPRINGLS__OF_CROSSINGS ? brick->crossings : brick->arcs) + 8 * row, sizeof counts);
+    return (int)(counts * 0x0101010101010101u >> 56);
 }
 
 /* Finds where the contents of all rows begin, and makes room for them in a buffer; begin: how many hits each row has. total: their sum. */
@@ -27469,8 +27515,9 @@ SPRINGLS__FN int springls__write_contour_vertices(const springls__kept_table *ta
     writer.vertex_key = vertex_key;
     writer.brick = brick;
     writer.count = 0;
-    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_CROSSINGS, row);
-    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_ARCS, row);
+    for (k = SPRINGLS__OF_CROSSINGS; k <= SPRINGLS__OF_ARCS; k++)
+        for (row = 0; row < SPRINGLS__TABLE_ROWS && from->begin[k][0] != from->begin[k][SPRINGLS__TABLE_ROWS]; row++)
+            springls__write_row(&writer, from, k, row);
     for (k = 0; k < from->inner; k++)
         springls__write_contour_vertex(&writer, table->first_inner + from->first_inner + k,
                                        springls__contour_key(SPRINGLS__KEY_OF_CELL, 0, k));
@@ -43197,6 +43244,22 @@ static const char *const springls__kernel_lines[] = {
     "    return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
     "}\n",
     "\n",
+    "/* Returns whether brick b of the table has hits, crossings or arcs in rows [first, end). */\n",
+    "SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b, int of, int first, int end)\n",
+    "{\n",
+    "    return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */\n",
+    "SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                              int axis)\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = -1; k < 2; k++)\n",
+    "        if (springls__has_some(contour, springls__brick_beside(brick, axis, k), SPRINGLS__OF_HITS, 64 * axis, 64 * axis + 64)) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the\n",
     "   nearest are taken. */\n",
     "SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
@@ -43321,6 +43384,10 @@ static const char *const springls__kernel_lines[] = {
     "    int row, at, k;\n",
     "    for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {\n",
     "        const bool some = springls__has_hits(contour, b, row);\n",
+    "        if ((row & 63) == 0 && !springls__has_hits_along(contour, brick, row >> 6)) {\n",
+    "            row += 63;\n",
+    "            continue;\n",
+    "        }\n",
     "        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))\n",
     "            springls__mark_beside_hits(contour, brick, row);\n",
     "        if (!some) continue;\n",
@@ -43504,15 +43571,25 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    uint32_t beside = 0u;\n",
     "    int line, node, k, at[3];\n",
     "    for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;\n",
-    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {\n",
+    "        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {\n",
+    "            line += 63;\n",
+    "            continue;\n",
+    "        }\n",
     "        for (k = -1; k < 2; k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
     "                springls__vote_on_line(model, contour, brick, line, work);\n",
     "                break;\n",
     "            }\n",
-    "    for (node = 0; node < 16; node++) brick->inside[node] = 0u;\n",
+    "    }\n",
+    "    for (node = 0; node < 16; node++) {\n",
+    "        brick->inside[node] = 0u;\n",
+    "        beside |= brick->beside_hits[node];\n",
+    "    }\n",
+    "    if (brick->slot == SPRINGLS__OUTSIDE && beside == 0u) return;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        float value = springls__node_phi(g, brick, node);\n",
     "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
@@ -43782,12 +43859,17 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "    }\n",
-    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {\n",
+    "        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {\n",
+    "            line += 63;\n",
+    "            continue;\n",
+    "        }\n",
     "        for (k = -1; k < 2; k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
     "                springls__count_pairs(contour, brick, line);\n",
     "                break;\n",
     "            }\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */\n",
@@ -43797,7 +43879,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];\n",
     "    int line, x, at[3];\n",
-    "    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {\n",
+    "    for (line = 0; line < SPRINGLS__TABLE_ROWS && begin[0] != begin[SPRINGLS__TABLE_ROWS]; line++) {\n",
     "        int first = 0, count = 0;\n",
     "        if (begin[line] == begin[line + 1]) continue;\n",
     "        springls__gather_line(contour, brick, line, true, work);\n",
@@ -43813,7 +43895,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18219 \"springls.h\"\n",
+    "#line 18254 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44313,13 +44395,24 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */\n",
+    "SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)\n",
+    "{\n",
+    "    int d;\n",
+    "    for (d = 0; d < 8; d++)\n",
+    "        if (springls__has_some(contour, brick->around[13 + (d & 1) + 3 * (d >> 1 & 1) + 9 * (d >> 2)], of, 0, SPRINGLS__TABLE_ROWS))\n",
+    "            return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Counts the arcs of the faces of brick b. Each joins two crossings. */\n",
     "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
     "    int axis, u, v, k, at[3];\n",
     "    for (k = 0; k < 1536; k++) work->ends[k] = 0;\n",
-    "    for (axis = 0; axis < 3; axis++)\n",
+    "    for (axis = 0; axis < 3 && some; axis++)\n",
     "        for (v = 0; v < 9; v++)\n",
     "            for (u = 0; u < 9; u++) {\n",
     "                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
@@ -44381,7 +44474,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
     "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];\n",
     "    int k;\n",
-    "    for (k = 0; k < 1536; k++) {\n",
+    "    for (k = 0; k < 1536 && begin[0] != begin[SPRINGLS__TABLE_ROWS]; k++) {\n",
     "        springls__owned owned;\n",
     "        springls__face face;\n",
     "        int of_node[3];\n",
@@ -44399,7 +44492,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18806 \"springls.h\"\n",
+    "#line 18852 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -44948,6 +45041,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
     "    int k, axis, sum = 0, at[3];\n",
+    "    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;\n",
     "    for (k = 0; k < 512; k++) work->sides[k] = 0;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];\n",
@@ -44959,7 +45053,7 @@ static const char *const springls__kernel_lines[] = {
     "            work->sides[k] += (uint8_t)arcs;\n",
     "            if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;\n",
     "        }\n",
-    "        for (k = 0; k < 64 && next >= 0; k++)\n",
+    "        for (k = 0; k < 64 && springls__has_some(contour, next, SPRINGLS__OF_ARCS, 64 * axis, 64 * axis + 64); k++)\n",
     "            work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];\n",
     "    }\n",
     "    for (k = 0; k < 512; k++) sum += work->sides[k];\n",
@@ -44995,7 +45089,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 44999 \"springls.h\"\n",
+    "#line 45093 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -415,6 +415,22 @@ SPRINGLS__INNER bool springls__has_hits(const springls__contour *contour, int b,
     return b >= 0 && contour->brick[b].begin[SPRINGLS__OF_HITS][line] != contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
 }
 
+/* Returns whether brick b of the table has hits, crossings or arcs in rows [first, end). */
+SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b, int of, int first, int end)
+{
+    return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];
+}
+
+/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
+SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int axis)
+{
+    int k;
+    for (k = -1; k < 2; k++)
+        if (springls__has_some(contour, springls__brick_beside(brick, axis, k), SPRINGLS__OF_HITS, 64 * axis, 64 * axis + 64)) return true;
+    return false;
+}
+
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
@@ -539,6 +555,10 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
     int row, at, k;
     for (row = 0; row < SPRINGLS__TABLE_ROWS && !brick->quiet; row++) {
         const bool some = springls__has_hits(contour, b, row);
+        if ((row & 63) == 0 && !springls__has_hits_along(contour, brick, row >> 6)) {
+            row += 63;
+            continue;
+        }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
         if (!some) continue;
@@ -722,15 +742,25 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
+    uint32_t beside = 0u;
     int line, node, k, at[3];
     for (node = 0; node < 512 && !brick->quiet; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {
+        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {
+            line += 63;
+            continue;
+        }
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__vote_on_line(model, contour, brick, line, work);
                 break;
             }
-    for (node = 0; node < 16; node++) brick->inside[node] = 0u;
+    }
+    for (node = 0; node < 16; node++) {
+        brick->inside[node] = 0u;
+        beside |= brick->beside_hits[node];
+    }
+    if (brick->slot == SPRINGLS__OUTSIDE && beside == 0u) return;
     for (node = 0; node < 512; node++) {
         float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
@@ -1000,12 +1030,17 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             }
         }
     }
-    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++)
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && !brick->quiet; line++) {
+        if ((line & 63) == 0 && !springls__has_hits_along(contour, brick, line >> 6)) {
+            line += 63;
+            continue;
+        }
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__count_pairs(contour, brick, line);
                 break;
             }
+    }
 }
 
 /* Finds the crossings of the edges of brick b, which have at most `crossings`, and stores how many there are. */
@@ -1015,7 +1050,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_CROSSINGS];
     int line, x, at[3];
-    for (line = 0; line < SPRINGLS__TABLE_ROWS; line++) {
+    for (line = 0; line < SPRINGLS__TABLE_ROWS && begin[0] != begin[SPRINGLS__TABLE_ROWS]; line++) {
         int first = 0, count = 0;
         if (begin[line] == begin[line + 1]) continue;
         springls__gather_line(contour, brick, line, true, work);

@@ -501,13 +501,24 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
     }
 }
 
+/* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */
+SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)
+{
+    int d;
+    for (d = 0; d < 8; d++)
+        if (springls__has_some(contour, brick->around[13 + (d & 1) + 3 * (d >> 1 & 1) + 9 * (d >> 2)], of, 0, SPRINGLS__TABLE_ROWS))
+            return true;
+    return false;
+}
+
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
-    for (axis = 0; axis < 3; axis++)
+    for (axis = 0; axis < 3 && some; axis++)
         for (v = 0; v < 9; v++)
             for (u = 0; u < 9; u++) {
                 const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
@@ -569,7 +580,7 @@ SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const spr
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_ARCS];
     int k;
-    for (k = 0; k < 1536; k++) {
+    for (k = 0; k < 1536 && begin[0] != begin[SPRINGLS__TABLE_ROWS]; k++) {
         springls__owned owned;
         springls__face face;
         int of_node[3];

@@ -550,6 +550,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, axis, sum = 0, at[3];
+    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
     for (k = 0; k < 512; k++) work->sides[k] = 0;
     for (axis = 0; axis < 3; axis++) {
         const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
@@ -561,7 +562,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
             work->sides[k] += (uint8_t)arcs;
             if (at[axis] > 0) work->sides[k - (1 << 3 * axis)] += (uint8_t)arcs;
         }
-        for (k = 0; k < 64 && next >= 0; k++)
+        for (k = 0; k < 64 && springls__has_some(contour, next, SPRINGLS__OF_ARCS, 64 * axis, 64 * axis + 64); k++)
             work->sides[springls__line_node(axis, 7, k)] += contour->brick[next].arcs[512 * axis + springls__line_node(axis, 0, k)];
     }
     for (k = 0; k < 512; k++) sum += work->sides[k];

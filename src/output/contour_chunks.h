@@ -248,8 +248,9 @@ SPRINGLS__FN int springls__write_contour_vertices(const springls__kept_table *ta
     writer.vertex_key = vertex_key;
     writer.brick = brick;
     writer.count = 0;
-    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_CROSSINGS, row);
-    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++) springls__write_row(&writer, from, SPRINGLS__OF_ARCS, row);
+    for (k = SPRINGLS__OF_CROSSINGS; k <= SPRINGLS__OF_ARCS; k++)
+        for (row = 0; row < SPRINGLS__TABLE_ROWS && from->begin[k][0] != from->begin[k][SPRINGLS__TABLE_ROWS]; row++)
+            springls__write_row(&writer, from, k, row);
     for (k = 0; k < from->inner; k++)
         springls__write_contour_vertex(&writer, table->first_inner + from->first_inner + k,
                                        springls__contour_key(SPRINGLS__KEY_OF_CELL, 0, k));
