@@ -342,6 +342,7 @@
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
    the grid has it more than the tolerance away, and only chunks with other triangles or with vertices that moved are listed.
+   But an update after any change makes the whole mesh again: a brush on a ball of 17,600 springls takes 54 ms, .7 ms for the zero level.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its

@@ -257,6 +257,24 @@ TEST a_push_changes_what_it_touches(void)
     PASS();
 }
 
+/* A model at rest changes no chunk. */
+TEST what_rests_stays(void)
+{
+    scene s;
+    int i, count;
+    ASSERT_OK(scene_begin(&s, NULL, 0));
+    ASSERT_OK(springls_settle(s.ctx, 60));
+    ASSERT_OK(update(&s, &count));
+    s.step.forces = NULL;
+    for (i = 0; i < 3; i++) {
+        ASSERT_OK(springls_step(s.ctx, &s.step));
+        ASSERT_OK(update(&s, &count));
+        ASSERT_EQ(0, count);
+    }
+    scene_end(&s);
+    PASS();
+}
+
 /* Another model: chunks that are gone are listed, and afterwards all is the new one; and an empty one at last. */
 TEST chunks_come_and_go(void)
 {
@@ -601,6 +619,7 @@ static void run_all(springls_contouring of)
     RUN_TESTp(exact_chunks_are_the_mesh, 0);
     RUN_TESTp(exact_chunks_are_the_mesh, 1);
     RUN_TEST(a_push_changes_what_it_touches);
+    RUN_TEST(what_rests_stays);
     RUN_TEST(chunks_come_and_go);
     RUN_TEST(the_border_is_closed);
     RUN_TESTp(material_is_that_of_the_mesh, 0, 0);
