@@ -25038,7 +25038,7 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
     int i, guess = -1;
-    if (voxels) search = m->band + 3.0f;
+    if (voxels) search = m->band + (m->balanced ? 0.5f : 3.0f); /* near the film of an open mesh phi is a share of the distance */
     else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;

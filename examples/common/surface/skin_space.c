@@ -119,9 +119,10 @@ static void scan_triangle(const struct skin_space *s, float (*corners)[3], float
     }
 }
 
-/* Hands closest points on, there and back, until all voxels but those at the border of the grid have one. */
-static void sweep(const struct skin_space *s, float *closest, float *distance2)
+/* Hands closest points on, there and back, until all voxels within a reach have one, but those at the border of the grid. */
+static void sweep(const struct skin_space *s, float reach, float *closest, float *distance2)
 {
+    const float beside = 2.0f, furthest2 = (reach + beside) * (reach + beside); /* the neighbors of a voxel within reach are within that */
     ptrdiff_t back[13]; /* the neighbors before the middle one of 27 */
     for (int i = 0; i < 13; ++i) {
         back[i] = ((ptrdiff_t)(i / 9 - 1) * s->size[1] + i / 3 % 3 - 1) * s->size[0] + i % 3 - 1;
@@ -136,7 +137,7 @@ static void sweep(const struct skin_space *s, float *closest, float *distance2)
                 const float at[3] = {(float)x, (float)y, (float)z};
                 for (int k = 0; k < 13 && distance2[me] > 0.0f; ++k) {
                     const ptrdiff_t other = me + way * back[k];
-                    if (distance2[other] < INFINITY) {
+                    if (distance2[other] < furthest2) {
                         offer(at, closest + 3 * other, closest + 3 * me, distance2 + me);
                     }
                 }
@@ -162,7 +163,7 @@ static bool measure_distances(struct skin_space *s, const float *positions, cons
         }
         scan_triangle(s, q, closest, s->distance);
     }
-    sweep(s, closest, s->distance);
+    sweep(s, s->limit, closest, s->distance);
     for (size_t v = 0; v < n; ++v) {
         s->distance[v] = sqrtf(s->distance[v]);
     }
@@ -315,7 +316,7 @@ double skin_space_closed(const struct skin_space *space, float radius)
             closest[3 * v + 1] = (float)(v % plane / row);
             closest[3 * v + 2] = (float)(v / plane);
         }
-        sweep(space, closest, distance2);
+        sweep(space, radius, closest, distance2);
         count = 0.0;
         for (size_t v = 0; v < n; ++v) {
             count += distance2[v] > radius * radius;
