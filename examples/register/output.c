@@ -92,6 +92,7 @@ bool register_report(const struct run *run, const char *path)
         static const char *const scales[] = {"one", "line", "curve of the moving image", "curve of the fixed image"};
         json_string(&json, "chosen", similarities[reg->similarity]);
         json_string(&json, "scale", reg->similarity == REGISTER_SSD ? scales[reg->relation.kind] : NULL);
+        json_bool(&json, "shaded", reg->shaded);
         json_bool(&json, "one_scale", reg->relation.kind == RELATION_SAME);
         json_number(&json, "update_sigma", (double)set->update_sigma);
         json_number(&json, "velocity_sigma", (double)set->velocity_sigma);

@@ -124,6 +124,9 @@ static const char *how_compared(const struct run *run)
     if (reg->similarity != REGISTER_SSD) {
         return reg->similarity == REGISTER_LCC ? "; compared by local correlation" : "; compared by self-similarity";
     }
+    if (reg->shaded) {
+        return "; compared without the shading of one image";
+    }
     return reg->relation.kind == RELATION_SAME ? "" : reg->relation.kind != RELATION_LINE ? "; intensities matched by a curve"
            : reg->relation.gain < 0.0f ? "; one image is inverted" : "; intensities matched by a line";
 }

@@ -19,7 +19,9 @@ static const float nearly_one = 0.8f; /* common share of two windows from which 
 static const float noise_gradient = 0.01f; /* per voxel: a force needs a gradient above it; without, flat ground would move. */
 static const float noise_gradient_local = 0.1f; /* The same of REGISTER_LCC and REGISTER_MIND, whose values have their own range */
 static const float local_sigma = 3.0f, local_floor = 0.05f;   /* for REGISTER_LCC: voxels; intensity, range 0..1 */
-static const double shaded = 0.3;   /* share of what a line leaves unexplained that shading explains, for REGISTER_LCC */
+static const double shading_shows = 0.12; /* share of what a line leaves unexplained that shading explains: a motion alone shows up
+                                             to .07, a ramp of .7 to 1.3 shows .21 */
+static const float shading_share = 0.1f;  /* sigma of shading, share of the grid's side */
 static const double explains_something = 0.3; /* share of the variance that a line explains, for intensities to count as alike */
 static const double explains_much = 0.6;      /* and for them to do so before any deformation is known */
 static const double unrelated = 0.3; /* share of the variance that has to be explained, else REGISTER_MIND */
@@ -131,24 +133,35 @@ static bool smooth_known(const int dims[3], float sigma, float *values, float *s
     return good;
 }
 
+/* Finds means and deviations of an image about each place, of the voxels that are known. */
+static bool local_moments(const int dims[3], const float *image, float sigma, float *mean, float *deviation, float *scratch)
+{
+    const size_t total = vgrid_voxels(dims);
+    for (size_t n = 0; n < total; ++n) {
+        mean[n] = image[n];
+        deviation[n] = image[n] * image[n];
+    }
+    if (!smooth_known(dims, sigma, mean, scratch) || !smooth_known(dims, sigma, deviation, scratch)) {
+        return false;
+    }
+    for (size_t n = 0; n < total; ++n) {
+        deviation[n] = sqrtf(fmaxf(0.0f, deviation[n] - mean[n] * mean[n]) + local_floor * local_floor);
+    }
+    return true;
+}
+
 /* Computes (I - local mean) / local deviation, whose squared differences measure the local correlation. */
 static bool normalize_locally(const int dims[3], float *image)
 {
     const size_t total = vgrid_voxels(dims);
-    float *mean = malloc(total * sizeof *mean), *square = malloc(total * sizeof *square);
+    float *mean = malloc(total * sizeof *mean), *deviation = malloc(total * sizeof *deviation);
     float *scratch = malloc(total * sizeof *scratch);
-    bool good = mean && square && scratch;
+    const bool good = mean && deviation && scratch && local_moments(dims, image, local_sigma, mean, deviation, scratch);
     for (size_t n = 0; good && n < total; ++n) {
-        mean[n] = image[n];
-        square[n] = image[n] * image[n];
-    }
-    good = good && smooth_known(dims, local_sigma, mean, scratch) && smooth_known(dims, local_sigma, square, scratch);
-    for (size_t n = 0; good && n < total; ++n) {
-        const float variance = fmaxf(0.0f, square[n] - mean[n] * mean[n]);
-        image[n] = (image[n] - mean[n]) / sqrtf(variance + local_floor * local_floor);
+        image[n] = (image[n] - mean[n]) / deviation[n];
     }
     free(mean);
-    free(square);
+    free(deviation);
     free(scratch);
     return good;
 }
@@ -524,8 +537,8 @@ static bool choose(const struct demons *d, const struct register_settings *set, 
     if (set->similarity != REGISTER_AUTO || (first && reg->relation.kind == RELATION_SAME)) {
         return true;
     }
-    if (found.kind == RELATION_LINE && relation_shading(d->fixed, d->warped, d->dims) > shaded) {
-        reg->similarity = REGISTER_LCC;
+    if (found.kind == RELATION_LINE && relation_shading(d->fixed, d->warped, d->dims) > shading_shows) {
+        reg->shaded = true; /* and stays so: the images are closer after each level, so that it shows less */
     } else if (!first && found.explained < unrelated) {
         reg->similarity = REGISTER_MIND;
     }
@@ -545,6 +558,35 @@ static void warp_known(struct demons *d)
             }
         }
     }
+}
+
+/* Gives the moving image the means and deviations that the fixed one has about each place, from the pairs that the present map brings
+ * together: shading goes. */
+static bool match_shading(struct demons *d)
+{
+    enum { FIXED_MEAN, FIXED_DEVIATION, MEAN, DEVIATION, SCRATCH, PARTS };
+    const float sigma = shading_share * cbrtf((float)d->total);
+    float *room = malloc(PARTS * d->total * sizeof *room), *part[PARTS];
+    if (!room) {
+        return false;
+    }
+    for (int p = 0; p < PARTS; ++p) {
+        part[p] = room + (size_t)p * d->total;
+    }
+    for (size_t n = 0; n < d->total; ++n) {
+        const bool both = isfinite(d->fixed[n]) && isfinite(d->warped[n]);
+        part[FIXED_MEAN][n] = both ? d->fixed[n] : NAN;
+        part[MEAN][n] = both ? d->warped[n] : NAN;
+    }
+    const bool good = local_moments(d->dims, part[FIXED_MEAN], sigma, part[FIXED_MEAN], part[FIXED_DEVIATION], part[SCRATCH])
+                      && local_moments(d->dims, part[MEAN], sigma, part[MEAN], part[DEVIATION], part[SCRATCH]);
+    for (size_t n = 0; good && n < d->total; ++n) {
+        if (isfinite(part[FIXED_MEAN][n]) && isfinite(part[MEAN][n])) {
+            d->moving[n] = (d->moving[n] - part[MEAN][n]) * part[FIXED_DEVIATION][n] / part[DEVIATION][n] + part[FIXED_MEAN][n];
+        }
+    }
+    free(room);
+    return good;
 }
 
 /* Turns the images of a level into its channels. */
@@ -586,7 +628,11 @@ static bool fill_level(struct pair *pair, const struct volume *grid, const struc
             return false;
         }
     }
-    if (reg->similarity == REGISTER_SSD) {
+    if (reg->similarity == REGISTER_SSD && reg->shaded) {
+        if (!match_shading(d)) {
+            return false;
+        }
+    } else if (reg->similarity == REGISTER_SSD) {
         relation_apply(&reg->relation, relation_of_fixed(&reg->relation) ? d->fixed : d->moving, d->total);
     }
     const float gradient = reg->similarity == REGISTER_SSD ? noise_gradient : noise_gradient_local;

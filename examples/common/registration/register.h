@@ -19,7 +19,7 @@ enum register_similarity {
     REGISTER_LCC,  /* local correlation: SSD after subtracting the local mean and dividing by the local deviation */
     REGISTER_MIND, /* SSD of self-similarity descriptors: M. P. Heinrich et al., MIND: modality independent neighbourhood
                       descriptor, Medical Image Analysis 16, 2012 */
-    REGISTER_AUTO  /* SSD; LCC where one image is shaded; MIND where intensities do not go together */
+    REGISTER_AUTO  /* SSD; without the shading of one image where there is some; MIND where intensities do not go together */
 };
 
 /* Where the alignment begins. The candidates are improved on the coarsest grid; the one of the highest correlation is taken, and
@@ -61,6 +61,7 @@ struct registration {
     struct register_level levels[REGISTER_MAX_LEVELS];
     enum register_similarity similarity; /* what was used: never REGISTER_AUTO */
     struct relation relation;            /* of the intensities, on the finest grid of REGISTER_SSD */
+    bool shaded;                         /* REGISTER_SSD compared the images after removing the shading of one of them */
     bool headers_apart;                  /* the images do not overlap where their headers place them */
     int mirrored;                        /* REGISTER_AUTO: 1 + the world axis along which the moving image fits clearly better when
                                             it is mirrored; 0: as it is */
