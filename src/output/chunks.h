@@ -793,7 +793,7 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
 {
     int i;
     for (i = 0; i < c->count; i++)
-        if (c->chunk[i].vertex_count > UINT16_MAX)
+        if (c->chunk[i].vertex_count > (int)UINT16_MAX)
             return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks: a chunk has %d vertices", c->chunk[i].vertex_count);
     return SPRINGLS_OK;
 }
