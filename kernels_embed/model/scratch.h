@@ -69,7 +69,7 @@
 
 /* Lists the roles that only host code uses. */
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
-    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
+    X(lane_memory, float, 6)                    /* of the lanes of advect, project and contouring (launch.h)                     */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* input, combine: bricks to add */                                                                                          \
     X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
@@ -87,6 +87,6 @@
     X(body_labels, int32_t, 7) X(lock_parent, int32_t, 4) X(body_votes, struct springls__body_vote, 4)                           \
     /* output */                                                                                                                 \
     X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
-    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
+    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */
 
 #endif

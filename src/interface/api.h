@@ -530,8 +530,8 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
 
 /* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds or
-   less: one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
-   longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
+   less: one entry of the step's tables, the least there is. What an entry does besides its loop is not divided (manual, FRAMES), so
+   a call may take longer. On a device an entry counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
    failure of the step ends it; one of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
 
@@ -749,8 +749,8 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
 
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
    triangles. Whatever happened in between (steps, inputs, restore, another params.contouring), the consumer's chunks then are the
-   watertight surface, within the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
-   have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
+   watertight surface, within the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists
+   what this one would have listed. The same as springls_chunks_begin and one springls_chunks_continue. */
 SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count);
 

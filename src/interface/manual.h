@@ -559,8 +559,8 @@
    FRAMES
 
    springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
-   however it is divided. A stage consists of phases, the entries of its table. A step can be left between two phases, and inside
-   the loop that a phase ends with:
+   however it is divided. A stage is a table of entries. A step can be left between two entries, and inside the loop that an
+   entry ends with:
 
      advect               over batches of the forces
      relax                over springls: finding neighbours; every iteration; the shares of the surface (cover)
@@ -571,13 +571,14 @@
                           re-distances
      fill_gaps            over springls and bricks: finding holes; finding bare triangles
      evolve, rebuild      over bricks: omega; eq. 23; every sweep
-     unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
+     unsigned_to_signed   over bricks: omega; sides. The growth of the background is one entry for each size of block
      CONTOURING           over springls: hits; over bricks: sides, crossings, arcs, triangles, for an update of chunks
 
-   What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
+   What an entry does besides its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
-   checked. volume_lock and components are one phase each. On a device, phases are enqueued and the host
-   continues; a call waits where a phase needs a number from the device.
+   checked; with CONTOURING also bricks are listed, hits are put into rows, vertices are gathered, get their normals and are
+   compared with those shown. volume_lock and components are one entry each. On a device, entries are enqueued and the host
+   continues; a call waits where an entry needs a number from the device.
 
    A skin for particles: in each frame a step with the fluid's velocity, then springls_follow_level_set with the union of the particles.
    springls_chunks lists which bricks of the surface have changed. springls_snapshot and springls_restore go back to an

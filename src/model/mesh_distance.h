@@ -84,7 +84,9 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     bool reuse = voxels || m->balanced;
     float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
     int i, guess = -1;
-    if (voxels) search = m->band + (m->balanced ? 0.5f : 3.0f); /* near the film of an open mesh phi is a share of the distance */
+    /* Voxels of the band need the nearest triangle; near the film that closes an open mesh phi is a share of the distance, so there
+       the triangle may lie beyond the band. */
+    if (voxels) search = m->band + (m->balanced ? 0.5f : 3.0f);
     else if (m->balanced) search = m->band + 8.0f;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;

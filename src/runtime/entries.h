@@ -3,7 +3,7 @@
      static const springls__entry springls__rebuild[] = {
          SPRINGLS__KERNEL(subvoxel, BRICKS)
          SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
-         SPRINGLS__REPEAT_WHILE(springls__redistances)
+         SPRINGLS__REPEAT_WHILE(springls__sweeps_band)
              SPRINGLS__KERNEL(redistance, BRICKS)
              SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
          SPRINGLS__END
@@ -11,7 +11,9 @@
      SPRINGLS__END };
 
    Why tables: a step can be left after any entry, and inside every kernel, and resumed where it was, so its place has to be data: a
-   table, a number, and those of the tables that have called it (resumable.h runs them). And the docs print what runs. */
+   table, a number, and those of the tables that have called it (resumable.h runs them). And the docs print what runs.
+
+   A table counts the rounds of one loop at a time (springls__round): a loop inside a loop is a table of its own. */
 #ifndef SPRINGLS__RUNTIME_ENTRIES_H
 #define SPRINGLS__RUNTIME_ENTRIES_H
 

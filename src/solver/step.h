@@ -1,4 +1,5 @@
-/* step.h - runs a step: its table (algorithm_tables.h). It can be left after any entry and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
+/* step.h - runs a step: its table (algorithm_tables.h). It can be left after any entry and resumed later: until then ctx->step and
+   ctx->work hold what is not in the model. */
 #ifndef SPRINGLS__SOLVER_STEP_H
 #define SPRINGLS__SOLVER_STEP_H
 
