@@ -23729,6 +23729,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    if (ctx->step.chunks) SPRINGLS__TRY(springls__finish_step(ctx)); /* an update of chunks keeps to its contouring */
     if (springls__differs_in_contouring(ctx, params) && !springls__components_enabled(ctx)) {
         ctx->model.params.contouring = params->contouring;
         return SPRINGLS_OK;
@@ -45096,7 +45097,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45100 \"springls.h\"\n",
+    "#line 45101 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -250,6 +250,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    if (ctx->step.chunks) SPRINGLS__TRY(springls__finish_step(ctx)); /* an update of chunks keeps to its contouring */
     if (springls__differs_in_contouring(ctx, params) && !springls__components_enabled(ctx)) {
         ctx->model.params.contouring = params->contouring;
         return SPRINGLS_OK;

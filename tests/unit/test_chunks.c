@@ -584,8 +584,6 @@ TEST an_update_that_is_interrupted(int calls)
     PASS();
 }
 
-GREATEST_MAIN_DEFS();
-
 /* A consumer that goes on while contouring changes has the mesh of either, and none of the other is left. */
 TEST contouring_may_change(void)
 {
@@ -613,30 +611,83 @@ TEST contouring_may_change(void)
     PASS();
 }
 
+/* Contouring may change halfway through an update, after any call: what that lists stays until the next one, and then the consumer has the
+   mesh of the other contouring. */
+TEST contouring_may_change_halfway(void)
+{
+    springls_chunks_desc exact = { -1.0f, false };
+    springls_params params = chosen_params();
+    const springls_contouring other = contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
+    const springls_chunk *changed;
+    springls_mesh mesh;
+    scene s;
+    int calls, k, count;
+    bool halfway = true;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    s.step.dt = 0.1f; /* lazy: phi follows for the chunks alone */
+    ASSERT_OK(springls_run(s.ctx, &s.step, 3));
+    for (calls = 1; halfway; calls++) {
+        bool done = false;
+        uint64_t hash;
+        ASSERT_OK(springls_chunks_begin(s.ctx, s.chunks));
+        for (k = 0; k < calls && !done; k++) ASSERT_OK(springls_chunks_continue(s.ctx, s.chunks, 0.0, &changed, &count, &done));
+        halfway = !done;
+        params.contouring = other;
+        ASSERT_OK(springls_set_params(s.ctx, &params));
+        while (!done) ASSERT_OK(springls_chunks_continue(s.ctx, s.chunks, 0.0, &changed, &count, &done));
+        hash = hash_of(changed, count);
+        ASSERT_OK(springls_extract_mesh(s.ctx, &mesh)); /* it ends what may be in progress */
+        springls_mesh_free(s.ctx, &mesh);
+        ASSERT_EQ(hash, hash_of(changed, count));
+        store_put(&s.store, changed, count);
+        ASSERT_OK(update(&s, &count));
+        CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        params.contouring = contouring;
+        ASSERT_OK(springls_set_params(s.ctx, &params));
+    }
+    ASSERT_GT(calls, 6);
+    scene_end(&s);
+    PASS();
+}
+
+/* Names the next test after the contouring, and what else tells its runs apart. */
+static void name_run(const char *what)
+{
+    char suffix[48];
+    snprintf(suffix, sizeof suffix, "%s%s%s", contouring == SPRINGLS_CONTOURING_SPRINGLS ? "springls" : "zero_level", *what ? "_" : "", what);
+    greatest_set_test_suffix(suffix);
+}
+
+#define RUN(test) do { name_run(""); RUN_TEST(test); } while (0)
+#define RUN_AS(what, test, ...) do { name_run(what); RUN_TESTp(test, __VA_ARGS__); } while (0)
+
 static void run_all(springls_contouring of)
 {
     contouring = of;
-    RUN_TESTp(exact_chunks_are_the_mesh, 0);
-    RUN_TESTp(exact_chunks_are_the_mesh, 1);
-    RUN_TEST(a_push_changes_what_it_touches);
-    RUN_TEST(what_rests_stays);
-    RUN_TEST(chunks_come_and_go);
-    RUN_TEST(the_border_is_closed);
-    RUN_TESTp(material_is_that_of_the_mesh, 0, 0);
-    RUN_TESTp(material_is_that_of_the_mesh, 1, 0);
-    RUN_TESTp(material_is_that_of_the_mesh, 0, 1);
-    RUN_TEST(material_comes_along);
-    RUN_TESTp(an_update_in_pieces, 0);
-    RUN_TESTp(an_update_in_pieces, 1);
-    RUN_TESTp(hashing_halfway_changes_nothing, 0);
-    RUN_TESTp(hashing_halfway_changes_nothing, 5);
-    RUN_TESTp(hashing_halfway_changes_nothing, 13);
-    RUN_TESTp(an_update_that_is_interrupted, 1);
-    RUN_TESTp(an_update_that_is_interrupted, 3);
-    RUN_TESTp(an_update_that_is_interrupted, 9);
-    RUN_TEST(memory_may_run_out);
-    RUN_TEST(contouring_may_change);
+    RUN_AS("upright", exact_chunks_are_the_mesh, 0);
+    RUN_AS("mirrored", exact_chunks_are_the_mesh, 1);
+    RUN(a_push_changes_what_it_touches);
+    RUN(what_rests_stays);
+    RUN(chunks_come_and_go);
+    RUN(the_border_is_closed);
+    RUN_AS("ball", material_is_that_of_the_mesh, 0, 0);
+    RUN_AS("edges", material_is_that_of_the_mesh, 1, 0);
+    RUN_AS("separate", material_is_that_of_the_mesh, 0, 1);
+    RUN(material_comes_along);
+    RUN_AS("bare", an_update_in_pieces, 0);
+    RUN_AS("material", an_update_in_pieces, 1);
+    RUN_AS("begun", hashing_halfway_changes_nothing, 0);
+    RUN_AS("5_calls", hashing_halfway_changes_nothing, 5);
+    RUN_AS("13_calls", hashing_halfway_changes_nothing, 13);
+    RUN_AS("1_call", an_update_that_is_interrupted, 1);
+    RUN_AS("3_calls", an_update_that_is_interrupted, 3);
+    RUN_AS("9_calls", an_update_that_is_interrupted, 9);
+    RUN(memory_may_run_out);
+    RUN(contouring_may_change);
+    RUN(contouring_may_change_halfway);
 }
+
+GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {
