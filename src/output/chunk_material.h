@@ -5,6 +5,7 @@
 
 #include "../../kernels_embed/output/isosurface.h"
 #include "../runtime/context.h"
+#include "../model/transform.h"
 
 enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
@@ -292,6 +293,16 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
         springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
         a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
     }
+}
+
+/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
+SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
+                                                 int springl, springls__v3 a)
+{
+    float *out = chunk->correspondences + 3 * vertex;
+    if (springl >= 0) springls__original_to_world(ctx, a, out);
+    else springls__voxel_to_world(ctx, x, out);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
 }
 
 #endif

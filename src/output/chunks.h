@@ -459,16 +459,6 @@ SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, floa
     for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
-/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
-SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
-                                                 int springl, springls__v3 a)
-{
-    float *out = chunk->correspondences + 3 * vertex;
-    if (springl >= 0) springls__original_to_world(ctx, a, out);
-    else springls__voxel_to_world(ctx, x, out);
-    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
-}
-
 /* Writes the correspondences and ids of a chunk vertex by vertex. vertex: voxels. */
 SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex)
 {
@@ -676,9 +666,7 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
 SPRINGLS__FN int springls__compare_chunks(const void *first, const void *second)
 {
     const springls_chunk *a = (const springls_chunk *)first, *b = (const springls_chunk *)second;
-    int axis;
-    for (axis = 2; axis > 0 && a->brick[axis] == b->brick[axis]; axis--) continue;
-    return (a->brick[axis] > b->brick[axis]) - (a->brick[axis] < b->brick[axis]);
+    return springls__compare_places(a->brick, b->brick);
 }
 
 /* Changes the bricks of chunks to those of the lattice, and adds empty chunks for those that the window has left behind. */
@@ -775,7 +763,7 @@ SPRINGLS__FN void springls__number_chunk_work(void *arg, int begin, int end, flo
     springls_chunks *c = ctx->step.chunks;
     (void)memory;
     for (; begin < end; begin++)
-        springls__number_chunk(ctx, &c->contours, c->contours.first_brick[begin], c->contours.brick_count[begin], &c->chunk[begin]);
+        springls__number_chunk(&c->contours, c->contours.first_brick[begin], c->contours.brick_count[begin], &c->chunk[begin]);
 }
 
 SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int end, float *memory)

@@ -14,6 +14,7 @@
 #include "../runtime/resumable.h"
 #include "../model/transform.h"
 #include "../stages/surface_table.h"
+#include "chunk_material.h"
 #include "chunk_signature.h"
 
 /* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; changed: 1 where x or n
@@ -52,7 +53,7 @@ typedef struct springls__contour_chunks {
     bool in_use;           /* the consumer's chunks are contours                                           */
     int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
     int *brick_count;
-    int *of_table;         /* [brick of the table] its brick of the new contour; -1: none                  */
+    int *of_table;         /* [brick of the table] its vertices, then its brick of the new contour         */
     uint64_t *vertex_key;  /* [vertex of the mesh] its brick in the table << 32 | its key                  */
     uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
     int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
@@ -143,14 +144,13 @@ SPRINGLS__FN int springls__find_contour_brick(const springls_context *ctx, const
     return -1;
 }
 
-/* Finds the bricks of a contour around one of its bricks. */
-SPRINGLS__FN void springls__contour_bricks_around(const springls_context *ctx, const springls__contour_store *store, int brick, int around[27])
+/* Finds the bricks of the new contour around one of its bricks; -1: there is none. */
+SPRINGLS__FN void springls__contour_bricks_around(const springls__contour_chunks *c, int brick, int around[27])
 {
-    int d, place[3];
-    for (d = 0; d < 27; d++) {
-        springls__place_around(store->brick[brick].at.at, d, place);
-        around[d] = d == 13 ? brick : springls__find_contour_brick(ctx, store, place);
-    }
+    const springls__surface_brick *table = (const springls__surface_brick *)c->ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    const int *in_table = table[c->store[1 - c->now].brick[brick].table].around;
+    int d;
+    for (d = 0; d < 27; d++) around[d] = in_table[d] < 0 ? -1 : c->of_table[in_table[d]];
 }
 
 /* Returns the vertex of a triangle's corner. around: of the triangle's brick. */
@@ -388,14 +388,16 @@ SPRINGLS__FN void springls__publish_contour_work(void *arg, int begin, int end, 
     }
 }
 
-/* Returns whether a vertex of a brick's triangles has changed. */
-SPRINGLS__FN bool springls__has_changed_vertex(const springls_context *ctx, const springls__contour_store *store, int brick)
+/* Returns whether a vertex of the triangles of a brick of the new contour has changed. */
+SPRINGLS__FN bool springls__has_changed_vertex(const springls__contour_chunks *c, int brick)
 {
+    const springls__contour_store *store = &c->store[1 - c->now];
     const springls__contour_brick *of = store->brick + brick;
     const uint32_t *corner = store->corner + 3 * (size_t)of->first_triangle;
     int around[27], d, k;
     bool some = false;
-    springls__contour_bricks_around(ctx, store, brick, around);
+    if (of->triangles == 0) return false;
+    springls__contour_bricks_around(c, brick, around);
     for (d = 0; d < 27; d++) some = some || (around[d] >= 0 && store->brick[around[d]].changed);
     for (k = 0; some && k < 3 * of->triangles; k++)
         if (store->brick[around[corner[k] >> 27]].changed && store->vertex[springls__vertex_of_corner(store, around, corner[k])].changed)
@@ -415,7 +417,7 @@ SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, 
         if (!before || before->triangles != now->triangles
             || memcmp(update.before->corner + 3 * (size_t)before->first_triangle, update.after->corner + 3 * (size_t)now->first_triangle,
                       3 * (size_t)now->triangles * sizeof *update.after->corner) != 0
-            || springls__has_changed_vertex(c->ctx, update.after, begin))
+            || springls__has_changed_vertex(c, begin))
             now->dirty = true;
     }
 }
@@ -443,21 +445,20 @@ SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Lists the bricks of the new contour: those of the table with vertices, triangles or springls. of_table: vertices of bricks of the table,
-   then their bricks. */
+/* Lists the bricks of the new contour: all those of the table. */
 SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx, springls__contour_chunks *c)
 {
     const springls__kept_table table = springls__kept_table_of(ctx);
     springls__contour_store *store = &c->store[1 - c->now];
-    int i, axis, n = 0;
+    int i, axis;
     store->bricks = ctx->surface_bricks;
     store->vertices = ctx->surface_vertices;
     store->triangles = ctx->surface_triangles;
     store->stale = false;
     memcpy(store->window, ctx->window.offset, sizeof store->window);
     SPRINGLS__TRY(springls__reserve_contour(ctx, store));
-    for (i = 0; i < ctx->surface_bricks; i++) {
-        springls__contour_brick *brick = store->brick + n++;
+    for (i = 0; i < store->bricks; i++) {
+        springls__contour_brick *brick = store->brick + i;
         memset(brick, 0, sizeof *brick);
         for (axis = 0; axis < 3; axis++) brick->at.at[axis] = (table.brick[i].origin[axis] + store->window[axis]) / SPRINGLS__BRICK;
         brick->chunk = springls__chunk_of_place(ctx, brick->at.at);
@@ -465,9 +466,9 @@ SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx
         brick->vertices = c->of_table[i];
         brick->triangles = table.brick[i].triangles;
     }
-    qsort(store->brick, (size_t)n, sizeof *store->brick, springls__compare_contour_bricks);
+    qsort(store->brick, (size_t)store->bricks, sizeof *store->brick, springls__compare_contour_bricks);
     store->vertices = store->triangles = 0;
-    for (i = 0; i < n; i++) {
+    for (i = 0; i < store->bricks; i++) {
         store->brick[i].first_vertex = store->vertices;
         store->brick[i].first_triangle = store->triangles;
         store->vertices += store->brick[i].vertices;
@@ -535,8 +536,7 @@ SPRINGLS__FN springls_status springls__reserve_contour_chunks(springls_context *
 }
 
 /* Finds the vertices of a chunk, by their order in the contour, and the numbers of its corners among them. Counts both. */
-SPRINGLS__FN void springls__number_chunk(const springls_context *ctx, springls__contour_chunks *c, int first, int bricks,
-                                         springls_chunk *chunk)
+SPRINGLS__FN void springls__number_chunk(springls__contour_chunks *c, int first, int bricks, springls_chunk *chunk)
 {
     const springls__contour_store *store = &c->store[1 - c->now];
     int around[27], i, k, corners = 0, begin;
@@ -545,7 +545,7 @@ SPRINGLS__FN void springls__number_chunk(const springls_context *ctx, springls__
     for (i = first; i < first + bricks; i++) {
         const springls__contour_brick *brick = store->brick + i;
         if (brick->triangles == 0) continue;
-        springls__contour_bricks_around(ctx, store, i, around);
+        springls__contour_bricks_around(c, i, around);
         for (k = 0; k < 3 * brick->triangles; k++, corners++)
             c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(store, around, store->corner[begin + corners]) << 32
                                       | (uint32_t)corners;
@@ -567,8 +567,7 @@ SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, 
     springls__v3 a = v->x;
     if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
     if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
-    springls__window_to_world(springl < 0 ? &ctx->window : &ctx->original_window, a, chunk->correspondences + 3 * vertex);
-    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+    springls__write_chunk_material(ctx, chunk, vertex, v->x, springl, a);
 }
 
 /* Fills the arrays of a chunk that springls__number_chunk has counted. */
