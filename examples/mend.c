@@ -45,6 +45,7 @@ struct mend {
     struct source_look look; /* of a file with images */
     double spacing, seconds, volume;
     int components, euler;
+    int dropped; /* specks of the result */
 };
 
 /* ---- from the file to the model ---- */
@@ -223,6 +224,16 @@ static bool measure_result(struct mend *m)
     return m->components >= 0;
 }
 
+/* Leaves out what encloses so little that the skin would have left it out: hollows that were kept enclose more. */
+static bool drop_specks(struct mend *m)
+{
+    springls_mesh *mesh = &m->result;
+    const double largest = mesh_largest_volume(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count);
+    const double smallest = fmin(m->specks * m->spacing * m->spacing * m->spacing, OUTER_SKIN_SPECK_SHARE * largest);
+    m->dropped = largest < 0.0 ? -1 : mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count, smallest);
+    return m->dropped >= 0;
+}
+
 /* Extracts the surface: what the springls show, with sharp edges, but without what is left of sheets; or the zero level. */
 static bool extract(struct mend *m)
 {
@@ -232,10 +243,7 @@ static bool extract(struct mend *m)
     if (springls_set_params(m->ctx, &params) != SPRINGLS_OK || springls_extract_mesh(m->ctx, mesh) != SPRINGLS_OK) {
         return false;
     }
-    const double speck = fmax(m->specks * m->spacing * m->spacing * m->spacing,
-                              0.001 * mesh_volume(mesh->positions, mesh->triangles, mesh->triangle_count));
-    return m->contouring == SPRINGLS_CONTOURING_LEVEL_SET
-        || mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count, speck) >= 0;
+    return m->contouring == SPRINGLS_CONTOURING_LEVEL_SET || drop_specks(m);
 }
 
 static bool make_solid(struct mend *m, springls_backend *backend)
@@ -469,6 +477,7 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
     json_bool(&json, "open", m->skin.open);
     json_integer(&json, "cavities", m->skin.cavities);
     json_integer(&json, "specks", m->skin.specks);
+    json_integer(&json, "specks_of_result", m->dropped);
     json_number(&json, "area_sheets", share(m, m->skin.sheets));
     json_number(&json, "area_hidden", share(m, m->skin.hidden));
     json_number(&json, "area_followed", followed_area(m));
@@ -496,6 +505,9 @@ static void print(const struct mend *m)
            100.0 * share(m, m->skin.sheets));
     if (m->skin.specks) {
         printf(", %d speck%s", m->skin.specks, m->skin.specks == 1 ? "" : "s");
+    }
+    if (m->dropped) {
+        printf(", %d speck%s of the result", m->dropped, m->dropped == 1 ? "" : "s");
     }
     if (m->skin.cavities) {
         printf("; %d hollow%s %s", m->skin.cavities, m->skin.cavities == 1 ? "" : "s",
@@ -528,8 +540,8 @@ static bool warn_of_losses(const struct mend *m)
     return true;
 }
 
-/* Chooses what the result shows: the springls, which have sharp edges, unless the paper's set or --set have it otherwise. The zero level
- * is what the way there is measured by. */
+/* Chooses what the result shows: the springls, which have sharp edges, unless the paper's set or --set have it otherwise. What the
+ * level set has lost of the skin is measured on the zero level, by mesh_followed. */
 static int choose_contouring(struct mend *m)
 {
     springls_params params = m->params;

@@ -267,6 +267,87 @@ TEST hollows_go_or_stay(void)
     PASS();
 }
 
+/* Adds a ball about a place on the x axis, or turns it inwards. */
+static bool add_ball(struct damaged *m, double x, double radius, bool inwards)
+{
+    enum { ROWS = 24, AROUND = 48 };
+    const uint32_t first = (uint32_t)m->vertex_count, last = first + 1 + (ROWS - 1) * AROUND; /* the poles */
+    if (!damage_room(m, 2 + (ROWS - 1) * AROUND, 2 * (ROWS - 1) * AROUND)) return false;
+    for (int i = 0; i < 2 + (ROWS - 1) * AROUND; ++i) {
+        const double down = PI * (i == 0 ? 0 : 1 + (i - 1) / AROUND) / ROWS, around = 2.0 * PI * ((i + AROUND - 1) % AROUND) / AROUND;
+        float *place = m->positions + 3 * m->vertex_count++;
+        place[0] = (float)(x + radius * sin(down) * cos(around));
+        place[1] = (float)(radius * sin(down) * sin(around));
+        place[2] = (float)(radius * cos(down));
+    }
+    for (uint32_t i = 0; i < ROWS * AROUND; ++i) { /* a face between two meridians, of two triangles, at poles of one */
+        const uint32_t row = i / AROUND, lower = first + 1 + i, right = i % AROUND == AROUND - 1 ? lower + 1 - AROUND : lower + 1;
+        const uint32_t faces[6] = {lower - AROUND, lower, right, lower - AROUND, right, right - AROUND};
+        const uint32_t cap[3] = {first, lower, right}, bottom[3] = {lower - AROUND, last, right - AROUND};
+        const uint32_t *from = row == 0 ? cap : row == ROWS - 1 ? bottom : faces;
+        for (int k = 0; k < (from == faces ? 6 : 3); ++k) {
+            m->indices[3 * m->triangle_count + (size_t)k] = from[inwards && k % 3 ? k + 3 - 2 * (k % 3) : k];
+        }
+        m->triangle_count += from == faces ? 2 : 1;
+    }
+    return true;
+}
+
+/* A ball, another one of 1/1166 of its volume beside it, and a hollow as little in it: they enclose 30 voxels^3 and more, which by default is
+ * more than a speck. */
+TEST little_parts_and_hollows_are_no_specks(void)
+{
+    static const struct {
+        const char *specks, *cavities;
+        int components, parts;
+    } cases[] = {{"8", "keep", 3, 2}, {"8", "fill", 2, 2}, {"100", "keep", 1, 1}};
+    const double radius[2] = {1.0, 0.095}, unit = 4.0 / 3.0 * PI;
+    struct damaged m = {.size = 2.4f};
+    char path[512];
+    snprintf(path, sizeof path, "%s", scratch("balls.ply"));
+    ASSERT(add_ball(&m, 0.0, radius[0], false) && add_ball(&m, 1.3, radius[1], false) && add_ball(&m, 0.3, radius[1], true));
+    ASSERT(write_damaged(path, &m, NULL));
+    damage_end(&m);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--cavities", cases[i].cavities, "--specks", cases[i].specks, NULL};
+        struct facts facts;
+        ASSERT_EQ(0, run_mend(path, more));
+        ASSERTm(printed("stdout"), (strstr(printed("stdout"), ", 1 speck") != NULL) == (cases[i].parts == 1));
+        ASSERT(read_facts(more[3], &facts));
+        mesh_free(&facts.mesh);
+        ASSERT_EQ(0, facts.check.open_edges + facts.check.intersections);
+        ASSERT_EQ(cases[i].components, facts.check.components);
+        ASSERT_IN_RANGE(unit, facts.volume, 0.01 * unit);
+    }
+    PASS();
+}
+
+/* A flat ring, which has thin triangles, beside two tetrahedra that cross: fewer are thin, and what crosses stays as it is. */
+TEST slivers_go_where_others_cross(void)
+{
+    static const float corners[12] = {0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.5f, 0.0f, 0.0f, 0.0f, 0.5f};
+    static const int faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    enum { RING_VERTICES = ROUND * ACROSS, RING_INDICES = 6 * ROUND * ACROSS };
+    static float positions[3 * RING_VERTICES + 24];
+    static int triangles[RING_INDICES + 24], kept[RING_VERTICES + 8];
+    int vertex_count = RING_VERTICES + 8, triangle_count = RING_INDICES / 3 + 8;
+    make_ring(&ring);
+    for (int i = 0; i < 3 * RING_VERTICES; ++i) positions[i] = ring.positions[i] * (i % 3 == 2 ? 0.1f : 1.0f);
+    for (int i = 0; i < RING_INDICES; ++i) triangles[i] = (int)ring.indices[i];
+    for (int i = 0; i < 24; ++i) positions[3 * RING_VERTICES + i] = corners[i % 12] + (i < 12 ? 3.0f : 3.1f);
+    for (int i = 0; i < 24; ++i) triangles[RING_INDICES + i] = RING_VERTICES + faces[i % 12] + i / 12 * 4;
+    const int crossings = mesh_mark_crossings(positions, triangles, triangle_count, NULL);
+    const double sharp = mesh_sharp_angles(positions, triangles, triangle_count, 15.0);
+    ASSERT(crossings > 0 && sharp > 0.05);
+    ASSERT(mesh_remove_slivers(positions, &vertex_count, triangles, &triangle_count, 0.01, kept));
+    ASSERT_EQ(crossings, mesh_mark_crossings(positions, triangles, triangle_count, NULL));
+    ASSERT(mesh_sharp_angles(positions, triangles, triangle_count, 15.0) < 0.3 * sharp);
+    struct mesh_check check;
+    ASSERT(mesh_check(positions, vertex_count, triangles, triangle_count, &check));
+    ASSERT(check.open_edges == 0 && check.components == 3 && check.euler == 4);
+    PASS();
+}
+
 /* Vertices are red to the left and blue to the right, with a blend between. */
 TEST colors_come_along(void)
 {
@@ -554,6 +635,8 @@ int main(int argc, char **argv)
     RUN_TEST(cracks_of_rough_surfaces_are_joined);
     RUN_TEST(borders_are_joined_by_their_own_lengths);
     RUN_TEST(hollows_go_or_stay);
+    RUN_TEST(little_parts_and_hollows_are_no_specks);
+    RUN_TEST(slivers_go_where_others_cross);
     RUN_TEST(colors_come_along);
     RUN_TEST(images_come_along);
     RUN_TEST(sizes_of_images_are_heeded);

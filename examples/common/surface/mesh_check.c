@@ -383,18 +383,36 @@ int mesh_components(int vertex_count, const int *triangles, int triangle_count)
     return count;
 }
 
+/* Returns what each component encloses, at the vertex that connect() has for it, cavities below 0; NULL: memory, also that of parent. */
+static double *component_volumes(const float *positions, int vertex_count, const int *triangles, int triangle_count, int *parent)
+{
+    double *volume = parent ? calloc((size_t)vertex_count + 1, sizeof *volume) : NULL;
+    for (int t = 0; volume && t < triangle_count; ++t) {
+        const int *c = triangles + 3 * t, root = root_of(parent, c[0]);
+        volume[root] += signed_volume(positions + 3 * root, positions + 3 * c[0], positions + 3 * c[1], positions + 3 * c[2]);
+    }
+    return volume;
+}
+
+double mesh_largest_volume(const float *positions, int vertex_count, const int *triangles, int triangle_count)
+{
+    int *parent = connect(vertex_count, triangles, triangle_count);
+    double *volume = component_volumes(positions, vertex_count, triangles, triangle_count, parent), largest = volume ? 0.0 : -1.0;
+    for (int v = 0; volume && v < vertex_count; ++v) {
+        largest = fmax(largest, fabs(volume[v]));
+    }
+    free(parent);
+    free(volume);
+    return largest;
+}
+
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest)
 {
     int *parent = connect(vertex_count, triangles, *triangle_count), left = 0, dropped = 0;
-    double *volume = calloc((size_t)vertex_count + 1, sizeof *volume);
-    if (!parent || !volume) {
+    double *volume = component_volumes(positions, vertex_count, triangles, *triangle_count, parent);
+    if (!volume) {
         free(parent);
-        free(volume);
         return -1;
-    }
-    for (int t = 0; t < *triangle_count; ++t) {
-        const int *c = triangles + 3 * t, root = root_of(parent, c[0]);
-        volume[root] += signed_volume(positions + 3 * root, positions + 3 * c[0], positions + 3 * c[1], positions + 3 * c[2]);
     }
     for (int t = 0; t < *triangle_count; ++t) {
         const int root = root_of(parent, triangles[3 * t]);

@@ -30,6 +30,9 @@ double mesh_bent_edges(const float *positions, const int *triangles, int triangl
 /* Returns the share of the angles that are below so many degrees. */
 double mesh_sharp_angles(const float *positions, const int *triangles, int triangle_count, double degrees);
 
+/* Returns the most that one component of a closed mesh encloses, -1: memory. */
+double mesh_largest_volume(const float *positions, int vertex_count, const int *triangles, int triangle_count);
+
 /* Removes components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many, -1: memory. */
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest);
 

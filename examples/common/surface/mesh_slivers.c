@@ -10,6 +10,9 @@
 
 enum { RING = 32, PASSES = 12, TRIES = 8 };
 
+#define COSINE_THIN 0.96592582628906829      /* of 15 degrees: triangles with a sharper angle are thin */
+#define COSINE_VERY_THIN 0.99619469809174553 /* of 5 degrees */
+
 struct work {
     const float *positions;
     int *corners; /* 3 a triangle; a removed one begins with -1 */
@@ -77,8 +80,8 @@ struct shape {
 
 static void add_shape(const struct work *w, const int t[3], struct shape *s)
 {
-    const double limit = cos(15.0 * 3.14159265358979 / 180.0), cosine = sharpest_cosine(w, t);
-    s->thin += cosine > limit;
+    const double cosine = sharpest_cosine(w, t);
+    s->thin += cosine > COSINE_THIN;
     s->cosine = fmax(s->cosine, cosine);
 }
 
@@ -160,7 +163,7 @@ static int common_neighbours(const struct work *w, int a, int b)
 /* Finds how thin triangles are around `from` once it is merged into `to`. False: it cannot be. */
 static bool after_merge(const struct work *w, int from, int to, struct shape *shape)
 {
-    const double least = 0.5, least_of_all = 0.2, thin = cos(5.0 * 3.14159265358979 / 180.0);
+    const double least = 0.5, least_of_all = 0.2;
     double sum[3] = {0.0, 0.0, 0.0}, moved = INFINITY;
     int left, right;
     if (ring_count(w, from) > RING || ring_count(w, to) > RING || !opposite(w, from, to, &left, &right) || ring_count(w, left) < 4
@@ -183,8 +186,8 @@ static bool after_merge(const struct work *w, int from, int to, struct shape *sh
         const int then[3] = {t[0] == from ? to : t[0], t[1] == from ? to : t[1], t[2] == from ? to : t[2]};
         normal_of(w, t, before);
         normal_of(w, then, after);
-        const bool is_thin = sharpest_cosine(w, t) > thin;
-        const double *beside = is_thin ? sum : before; /* a thin triangle's own normal is little to go by */
+        const bool is_thin = sharpest_cosine(w, t) > COSINE_VERY_THIN;
+        const double *beside = is_thin ? sum : before; /* so thin a triangle's own normal is little to go by */
         if (dot(after, beside) < (is_thin ? least_of_all : least) * sqrt(dot(after, after) * dot(beside, beside))) {
             return false;
         }
@@ -337,13 +340,12 @@ static void begin_pass(struct work *w)
 /* Returns how many changes it has made. */
 static int run_pass(struct work *w)
 {
-    const double limit = cos(15.0 * 3.14159265358979 / 180.0);
     int changes = 0;
     begin_pass(w);
     for (int i = 0; i < w->triangle_count; ++i) {
         const int *t = w->corners + 3 * (size_t)i;
         struct change change;
-        if (t[0] < 0 || sharpest_cosine(w, t) < limit || !find_change(w, t, &change)) {
+        if (t[0] < 0 || sharpest_cosine(w, t) < COSINE_THIN || !find_change(w, t, &change)) {
             continue;
         }
         if (change.left < 0) {
@@ -393,8 +395,11 @@ bool mesh_remove_slivers(float *positions, int *vertex_count, int *triangle_indi
 {
     struct work w = {.positions = positions, .vertex_count = *vertex_count, .triangle_count = *triangle_count, .tolerance = tolerance};
     bool fine = allocate(&w);
-    int crossings = 1;
-    for (int i = 0; fine && i < TRIES && crossings > 0; ++i) {
+    /* what crosses already is frozen, so that more crossings are new ones */
+    const int before = fine ? mesh_mark_crossings(positions, triangle_indices, *triangle_count, w.frozen) : 0;
+    int crossings = before + 1;
+    fine = fine && before >= 0;
+    for (int i = 0; fine && i < TRIES && crossings > before; ++i) {
         w.triangle_count = *triangle_count;
         memcpy(w.corners, triangle_indices, 3 * (size_t)w.triangle_count * sizeof *w.corners);
         for (int pass = 0; pass < PASSES && run_pass(&w) > 0; ++pass) {
@@ -404,7 +409,7 @@ bool mesh_remove_slivers(float *positions, int *vertex_count, int *triangle_indi
         crossings = mesh_mark_crossings(positions, w.corners, w.triangle_count, w.frozen);
         fine = crossings >= 0;
     }
-    if (fine && crossings > 0) {
+    if (fine && crossings > before) {
         w.triangle_count = *triangle_count;
         memcpy(w.corners, triangle_indices, 3 * (size_t)w.triangle_count * sizeof *w.corners);
     }

@@ -373,14 +373,14 @@ static bool judge_all_unseen(struct finder *f)
 /* Leaves closed patches out that are specks. */
 static void drop_specks(struct finder *f)
 {
-    const double share = 1e-3, least = (double)f->spec->speck * pow((double)f->spec->spacing, 3.0);
+    const double least = (double)f->spec->speck * pow((double)f->spec->spacing, 3.0);
     double largest = 0.0;
     for (int p = 0; p < f->patches.count; ++p) {
         largest = fmax(largest, fabs(patch_volume(f, p)));
     }
     for (int p = 0; p < f->patches.count; ++p) {
         const double volume = fabs(patch_volume(f, p));
-        if (!f->patches.closed[p] || !f->kept[f->patches.triangles[f->patches.first[p]]] || volume >= least || volume >= share * largest) {
+        if (!f->patches.closed[p] || !f->kept[f->patches.triangles[f->patches.first[p]]] || volume >= least || volume >= OUTER_SKIN_SPECK_SHARE * largest) {
             continue;
         }
         ++f->skin->specks;

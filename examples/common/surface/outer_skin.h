@@ -7,6 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#define OUTER_SKIN_SPECK_SHARE 1e-3 /* of the largest part's volume: what has as much is no speck */
+
 struct outer_skin_spec {
     float spacing;  /* of the voxels in which lengths are given; the ball is followed on voxels of this size, or larger ones */
     float opening;  /* radius of the ball, voxels; 0: found from the mesh */
