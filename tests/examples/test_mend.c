@@ -309,7 +309,8 @@ TEST little_parts_and_hollows_are_no_specks(void)
     ASSERT(write_damaged(path, &m, NULL));
     damage_end(&m);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
-        const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--cavities", cases[i].cavities, "--specks", cases[i].specks, NULL};
+        const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--cavities", cases[i].cavities,
+                                    "--specks", cases[i].specks, NULL};
         struct facts facts;
         ASSERT_EQ(0, run_mend(path, more));
         ASSERTm(printed("stdout"), (strstr(printed("stdout"), ", 1 speck") != NULL) == (cases[i].parts == 1));

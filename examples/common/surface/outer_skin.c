@@ -380,7 +380,8 @@ static void drop_specks(struct finder *f)
     }
     for (int p = 0; p < f->patches.count; ++p) {
         const double volume = fabs(patch_volume(f, p));
-        if (!f->patches.closed[p] || !f->kept[f->patches.triangles[f->patches.first[p]]] || volume >= least || volume >= OUTER_SKIN_SPECK_SHARE * largest) {
+        if (!f->patches.closed[p] || !f->kept[f->patches.triangles[f->patches.first[p]]] || volume >= least
+            || volume >= OUTER_SKIN_SPECK_SHARE * largest) {
             continue;
         }
         ++f->skin->specks;
