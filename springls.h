@@ -27301,11 +27301,11 @@ SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *no
 
    All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made. */
 
-/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; changed: 1 where x or n
-   is not as published before. */
+/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; id: the springl's, for a
+   consumer with correspondences, else 0; changed: 1 where x, n or id is not as published before. */
 typedef struct springls__contour_vertex {
     springls__v3 x, n;
-    uint32_t key;
+    uint32_t key, id;
     int springl, changed;
 } springls__contour_vertex;
 
@@ -27334,6 +27334,7 @@ typedef struct springls__contour_chunks {
     springls__contour_store store[2];
     int now;
     float tolerance;       /* voxels                                                                       */
+    bool with_ids;         /* the consumer wants correspondences and ids                                   */
     bool in_use;           /* the consumer's chunks are contours                                           */
     int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
     int *brick_count;
@@ -27569,6 +27570,15 @@ SPRINGLS__FN void springls__count_contour_work(void *arg, int begin, int end, fl
         c->of_table[begin] = springls__write_contour_vertices(&update.table, begin, NULL, NULL);
 }
 
+/* Writes the ids that a brick's vertices show: a springl of another brick may be split, merged or tracked. */
+SPRINGLS__FN void springls__write_contour_ids(const springls__contour_chunks *c, const springls__contour_brick *brick,
+                                              springls__contour_vertex *vertex)
+{
+    int i;
+    for (i = 0; i < brick->vertices; i++)
+        vertex[i].id = !c->with_ids ? 0 : vertex[i].springl < 0 ? UINT32_MAX : c->ctx->model.set.id[vertex[i].springl];
+}
+
 /* Writes the vertices of bricks, and their keys. */
 SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
 {
@@ -27579,6 +27589,7 @@ SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, flo
         const springls__contour_brick *brick = update.after->brick + begin;
         springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
                                          c->vertex_key);
+        springls__write_contour_ids(c, brick, update.after->vertex + brick->first_vertex);
     }
 }
 
@@ -27608,7 +27619,8 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
    twice as much. */
 SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
 {
-    return now->key == before->key && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
+    return now->key == before->key && now->id == before->id
+        && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
         && springls__length2(springls__sub(now->n, before->n)) <= 4.0f * tolerance * tolerance;
 }
 
@@ -28678,6 +28690,7 @@ SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
             contours->store[contours->now].stale = true;
         contours->ctx = ctx;
         contours->tolerance = c->desc.tolerance;
+        contours->with_ids = c->desc.correspondences;
         SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
         springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
         return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);
@@ -45093,7 +45106,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45097 \"springls.h\"\n",
+    "#line 45110 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

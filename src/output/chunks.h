@@ -820,6 +820,7 @@ SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
             contours->store[contours->now].stale = true;
         contours->ctx = ctx;
         contours->tolerance = c->desc.tolerance;
+        contours->with_ids = c->desc.correspondences;
         SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
         springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
         return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);

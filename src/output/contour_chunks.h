@@ -17,11 +17,11 @@
 #include "chunk_material.h"
 #include "chunk_signature.h"
 
-/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; changed: 1 where x or n
-   is not as published before. */
+/* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; id: the springl's, for a
+   consumer with correspondences, else 0; changed: 1 where x, n or id is not as published before. */
 typedef struct springls__contour_vertex {
     springls__v3 x, n;
-    uint32_t key;
+    uint32_t key, id;
     int springl, changed;
 } springls__contour_vertex;
 
@@ -50,6 +50,7 @@ typedef struct springls__contour_chunks {
     springls__contour_store store[2];
     int now;
     float tolerance;       /* voxels                                                                       */
+    bool with_ids;         /* the consumer wants correspondences and ids                                   */
     bool in_use;           /* the consumer's chunks are contours                                           */
     int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
     int *brick_count;
@@ -285,6 +286,15 @@ SPRINGLS__FN void springls__count_contour_work(void *arg, int begin, int end, fl
         c->of_table[begin] = springls__write_contour_vertices(&update.table, begin, NULL, NULL);
 }
 
+/* Writes the ids that a brick's vertices show: a springl of another brick may be split, merged or tracked. */
+SPRINGLS__FN void springls__write_contour_ids(const springls__contour_chunks *c, const springls__contour_brick *brick,
+                                              springls__contour_vertex *vertex)
+{
+    int i;
+    for (i = 0; i < brick->vertices; i++)
+        vertex[i].id = !c->with_ids ? 0 : vertex[i].springl < 0 ? UINT32_MAX : c->ctx->model.set.id[vertex[i].springl];
+}
+
 /* Writes the vertices of bricks, and their keys. */
 SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
 {
@@ -295,6 +305,7 @@ SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, flo
         const springls__contour_brick *brick = update.after->brick + begin;
         springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
                                          c->vertex_key);
+        springls__write_contour_ids(c, brick, update.after->vertex + brick->first_vertex);
     }
 }
 
@@ -324,7 +335,8 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
    twice as much. */
 SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
 {
-    return now->key == before->key && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
+    return now->key == before->key && now->id == before->id
+        && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
         && springls__length2(springls__sub(now->n, before->n)) <= 4.0f * tolerance * tolerance;
 }
 

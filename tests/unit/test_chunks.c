@@ -650,6 +650,43 @@ TEST contouring_may_change_halfway(void)
     PASS();
 }
 
+static bool shows(const springls_chunk *chunk, uint32_t id)
+{
+    int v;
+    for (v = 0; v < chunk->vertex_count; v++)
+        if (chunk->ids[v] == id) return true;
+    return false;
+}
+
+/* Another id of a springl is told to every chunk that shows it, not to that of its particle alone. */
+TEST ids_reach_across_borders(void)
+{
+    springls_chunks_desc desc = { 0.0f, true };
+    const springls_chunk *changed;
+    scene s;
+    int i, k, count, showing, now, across = 0;
+    contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    ASSERT_OK(scene_begin(&s, &desc, 0));
+    ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+    for (i = 0; i < 200; i++) {
+        uint32_t *id = s.ctx->model.set.id + i, before = *id;
+        springls_chunks_destroy(s.ctx, s.chunks);
+        ASSERT_OK(springls_chunks_create(s.ctx, &desc, &s.chunks));
+        ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+        for (k = showing = 0; k < count; k++) showing += shows(&changed[k], before);
+        if (showing < 2) continue;
+        *id = 1000000;
+        ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+        for (k = now = 0; k < count; k++) now += shows(&changed[k], *id);
+        *id = before;
+        ASSERT_EQ(showing, now);
+        if (++across == 5) break;
+    }
+    ASSERT_EQ(5, across);
+    scene_end(&s);
+    PASS();
+}
+
 /* Names the next test after the contouring, and what else tells its runs apart. */
 static void name_run(const char *what)
 {
@@ -694,6 +731,7 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     run_all(SPRINGLS_CONTOURING_LEVEL_SET);
     run_all(SPRINGLS_CONTOURING_SPRINGLS);
+    RUN_TEST(ids_reach_across_borders);
     RUN_TEST(wrong_arguments_are_told);
     GREATEST_MAIN_END();
 }
