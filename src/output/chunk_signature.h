@@ -48,7 +48,7 @@ SPRINGLS__FN void springls__add_values(const springls_context *ctx, const spring
     int last = -1, k;
     for (k = 0; k < 8; k++) {
         const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
-        const int i = find(ctx, c, springls__add(p, corner));
+        const int i = (find)(ctx, c, springls__add(p, corner));
         if (i < 0 || i == last) continue;
         signature[i].values += hash; /* a brick that two corners lie in has it twice, each time */
         last = i;
@@ -63,7 +63,7 @@ SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, cons
     memset(signature, 0, (size_t)count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__v3 p = ctx->model.set.s[i].p;
-        if ((at = find(ctx, c, p)) >= 0) {
+        if ((at = (find)(ctx, c, p)) >= 0) {
             signature[at].ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
             signature[at].particles = springls__add(signature[at].particles, p);
             signature[at].correspondences = springls__add(signature[at].correspondences, ctx->model.set.a[i]);

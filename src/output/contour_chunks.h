@@ -517,8 +517,8 @@ SPRINGLS__FN int springls__list_contour_chunks(const springls__contour_chunks *c
         const int *place = order < 0 ? before->brick[i].chunk.at : after->brick[j].chunk.at;
         const int first = j;
         int had = 0, has = 0;
-        bool dirty = false, unused;
-        if (order <= 0) i = springls__end_of_chunk(before, i, &had, &unused);
+        bool dirty = false, ignored;
+        if (order <= 0) i = springls__end_of_chunk(before, i, &had, &ignored);
         if (order >= 0) j = springls__end_of_chunk(after, j, &has, &dirty);
         if (had == 0 && has == 0) continue;
         if (had == has && !dirty) continue;
