@@ -146,7 +146,7 @@ SPRINGLS__FN void springls__end_block(springls_context *ctx)
 }
 
 /* Goes to the next entry that does something, if there is one: through blocks and into tables. */
-SPRINGLS__FN void springls__go_on(springls_context *ctx)
+SPRINGLS__FN void springls__go_to_next_entry(springls_context *ctx)
 {
     while (ctx->work.depth > 0) {
         springls__place *place = springls__place_at_work(ctx);
@@ -237,13 +237,13 @@ SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
 /* Resumes the table at work until the clock shows *until; NULL: to its end. Does at least one entry or piece. */
 SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
-    springls__go_on(ctx);
+    springls__go_to_next_entry(ctx);
     while (ctx->work.depth > 0) {
         if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__do_entry(ctx));
         else if (until) springls__run_piece(ctx, *until);
         else springls__finish_loop(ctx);
         if (ctx->lost) return ctx->backend_status;
-        if (!springls__in_loop(ctx)) springls__go_on(ctx);
+        if (!springls__in_loop(ctx)) springls__go_to_next_entry(ctx);
         if (until && springls__too_late(ctx, *until)) break;
     }
     return SPRINGLS_OK;
