@@ -309,12 +309,13 @@ test-rest:   ## the tests of test-all that are not in test
 # ---- sanitizers ----
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
-SANITIZED = $(MAKE) --no-print-directory test TESTS=$(or $(TESTS),all) VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
+# Recipes say $(MAKE) themselves: make leaves a command that does not to one processor, whatever -j says.
+SANITIZED = --no-print-directory test TESTS=$(or $(TESTS),all) VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
 
 asan:   ## the tests under AddressSanitizer and UndefinedBehaviorSanitizer (bounds, use after free, leaks, what C leaves open)
-	@$(SANITIZED) -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
+	@$(MAKE) $(SANITIZED) -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
 tsan:   ## the tests with threads under ThreadSanitizer (data races; ALL=1: all of them)
-	@$(SANITIZED) -fsanitize=thread"
+	@$(MAKE) $(SANITIZED) -fsanitize=thread"
 
 # MemorySanitizer does not follow vectors that are filled lane by lane: one lane is what it reads. Memory stays as malloc gives it,
 # since what fills it would count as its first value.
