@@ -11033,7 +11033,7 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
         return;
     }
     first = springls__row_at(&model->grid, i, at);
-    for (v = first; v < first + 8 && r.label[v] < 0;) v++;
+    for (v = first; v < first + 8 && SPRINGLS__READ(r.label + v) < 0;) v++;
     for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);
 }
 
@@ -41247,7 +41247,7 @@ static const char *const springls__kernel_lines[] = {
     "        return;\n",
     "    }\n",
     "    first = springls__row_at(&model->grid, i, at);\n",
-    "    for (v = first; v < first + 8 && r.label[v] < 0;) v++;\n",
+    "    for (v = first; v < first + 8 && SPRINGLS__READ(r.label + v) < 0;) v++;\n",
     "    for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);\n",
     "}\n",
     "\n",

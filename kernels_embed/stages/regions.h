@@ -139,7 +139,7 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
         return;
     }
     first = springls__row_at(&model->grid, i, at);
-    for (v = first; v < first + 8 && r.label[v] < 0;) v++;
+    for (v = first; v < first + 8 && SPRINGLS__READ(r.label + v) < 0;) v++;
     for (d = 0; d < 6 && v < first + 8; d++) springls__join_row(model, &r, at, d);
 }
 
