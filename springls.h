@@ -807,6 +807,12 @@
      >>follow_level_set     src/tools/follow_level_set.h
      >>combine              src/tools/combine.h
      >>remodel              src/tools/remodel.h
+     >>decode               src/tiling/decode.h
+     >>set_labels           src/tiling/set_labels.h
+     >>bodies               src/tiling/bodies.h
+     >>sheets               src/tiling/sheets.h
+     >>tiling_step          src/tiling/tiling_step.h
+     >>mirror               src/tiling/mirror.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
 */
@@ -965,6 +971,22 @@
   #define springls_offset SPRINGLS__NAME(springls_offset)
   #define springls_smooth SPRINGLS__NAME(springls_smooth)
   #define springls_remesh SPRINGLS__NAME(springls_remesh)
+  #define springls_tiling_create SPRINGLS__NAME(springls_tiling_create)
+  #define springls_tiling_destroy SPRINGLS__NAME(springls_tiling_destroy)
+  #define springls_tiling_last_error SPRINGLS__NAME(springls_tiling_last_error)
+  #define springls_tiling_memory_used SPRINGLS__NAME(springls_tiling_memory_used)
+  #define springls_tiling_set_labels SPRINGLS__NAME(springls_tiling_set_labels)
+  #define springls_tiling_add_implicit SPRINGLS__NAME(springls_tiling_add_implicit)
+  #define springls_tiling_count SPRINGLS__NAME(springls_tiling_count)
+  #define springls_tiling_label SPRINGLS__NAME(springls_tiling_label)
+  #define springls_tiling_body SPRINGLS__NAME(springls_tiling_body)
+  #define springls_tiling_facing SPRINGLS__NAME(springls_tiling_facing)
+  #define springls_default_tiling_step_desc SPRINGLS__NAME(springls_default_tiling_step_desc)
+  #define springls_tiling_step SPRINGLS__NAME(springls_tiling_step)
+  #define springls_tiling_sample_labels SPRINGLS__NAME(springls_tiling_sample_labels)
+  #define springls_tiling_copy_labels SPRINGLS__NAME(springls_tiling_copy_labels)
+  #define springls_tiling_measure SPRINGLS__NAME(springls_tiling_measure)
+  #define springls_tiling_state_hash SPRINGLS__NAME(springls_tiling_state_hash)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
@@ -2088,6 +2110,121 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
    EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
+
+/* ---- >>tiling:api: many bodies in one space, without gap or overlap (manual, MANY BODIES) -------------------------- */
+
+/* Holds bodies that touch, each under a label from 1 to 65,535, on one grid. Label 0 is what is around them. The label of a place is that
+   of the body whose signed distance is lowest there; label 0 has that of all bodies together, negated. So no place has two labels or
+   none. Each body is a model of its own, with springls, correspondences and attributes; the wall between two bodies is two sheets of
+   springls, which steps keep together. With tiling = NULL a function does as one with ctx = NULL. */
+typedef struct springls_tiling springls_tiling;
+
+/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
+   zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
+   from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
+   on it. On failure *out is NULL, and the logger has the reason. */
+SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out);
+
+/* Frees the tiling and all of its bodies; NULL is allowed. */
+SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling);
+
+/* Returns the sentence of the tiling's last failure, "" after none; it belongs to the tiling, and names the label where one is at fault.
+   tiling NULL: "no tiling". */
+SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling);
+
+/* Returns how many bytes the tiling and its bodies hold from the allocator. */
+SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling);
+
+/* Replaces all bodies by those of a dense label map. smooth: how often each label's voxels are smoothed by (1 2 1) / 4 along each axis,
+   0 to 32, so that walls are no stairs; the voxels keep their labels, where none is thinner than two voxels. INVALID_ARGUMENT: also a
+   label below 0 or above 65,535, or one that touches the border of the grid. EMPTY_MODEL: all labels are 0, or one has too few voxels to
+   have a surface. After a failure the tiling is as before. */
+SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth);
+
+/* Adds a body, sampled as by springls_set_implicit, with a new label. INVALID_ARGUMENT: also a label that is taken or out of range, a
+   body that touches the border of the grid, or one that would overlap another by more than half a voxel; bodies may touch. EMPTY_MODEL,
+   NON_FINITE: as springls_set_implicit. After a failure the tiling is as before. */
+SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user);
+
+/* Returns how many bodies there are, without label 0. */
+SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling);
+
+/* Returns the label of body number 0, 1, ..., springls_tiling_count - 1, ascending; -1: there is none. */
+SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number);
+
+/* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
+   the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
+   apart. Its attribute "tiling.facing" belongs to the tiling. */
+SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
+
+/* Writes the label that each springl of a label's model faces, in springl order: that of the body whose sheet lies before it, else 0; -1:
+   not known. INVALID_ARGUMENT: also a label without a body. */
+SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
+
+/* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
+   label into what it faces, for label 0 too. Both sides of a wall are asked, each by itself: the label and what it faces are exchanged. */
+typedef struct springls_tiling_batch {
+    int32_t label;
+    const int32_t *facing; /* of each point: the label that its springl faces; -1: not known                         */
+    springls_batch batch;
+} springls_tiling_batch;
+
+/* Evaluates a velocity, 3 floats a point, or a pressure, 1 float. Called like springls_batch_fn. The two sides of a wall should get the
+   same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
+typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
+
+/* Describes a step of a tiling. Zero all of it. */
+typedef struct springls_tiling_step_desc {
+    springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
+    springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
+    void *user;                      /* handed to both                                                               */
+    float curvature_weight;          /* surface tension, alike on all walls; as springls_forces.curvature_weight     */
+    springls_integrator integrator;
+    float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
+    float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
+    int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
+                                        velocity alone, which moves both alike, else after every step                 */
+} springls_tiling_step_desc;
+
+/* Returns a description without forces, with max_displacement = 2. */
+SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
+
+/* Reports what a step did. Zeros where sheets were not looked at. */
+typedef struct springls_tiling_report {
+    const int32_t *vanished;         /* labels of bodies that are gone, ascending: they have lost all springls. The tiling's,
+                                        until the next step                                                          */
+    int vanished_count;
+    int mirrored;                    /* springls that walls have got from their other side                           */
+    int faced;                       /* springls with a sheet before them                                            */
+    float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
+} springls_tiling_report;
+
+/* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
+   more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
+   than .9 voxel nearer. report: may be NULL. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too,
+   the tiling is as before the step. */
+SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
+                                                  springls_tiling_report *report);
+
+/* Finds the label of `count` world points. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out);
+
+/* Writes the label of every voxel, a dense volume. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out);
+
+/* Holds measures of a body. */
+typedef struct springls_tiling_measures {
+    int32_t label;
+    int springls;
+    int64_t voxels;                  /* whose label it is                                                            */
+    double volume, area;             /* of its watertight surface, world units, as springls_measure                  */
+} springls_tiling_measures;
+
+/* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
+
+/* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
+SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
@@ -32980,7 +33117,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1092 \"springls.h\"\n",
+    "#line 1114 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33094,7 +33231,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2244 \"springls.h\"\n",
+    "#line 2381 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33210,7 +33347,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2361 \"springls.h\"\n",
+    "#line 2498 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33232,7 +33369,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2384 \"springls.h\"\n",
+    "#line 2521 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33247,7 +33384,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2400 \"springls.h\"\n",
+    "#line 2537 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33371,7 +33508,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2524 \"springls.h\"\n",
+    "#line 2661 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33441,7 +33578,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2595 \"springls.h\"\n",
+    "#line 2732 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33661,7 +33798,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2816 \"springls.h\"\n",
+    "#line 2953 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33676,7 +33813,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2831 \"springls.h\"\n",
+    "#line 2968 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33800,14 +33937,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2955 \"springls.h\"\n",
+    "#line 3092 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2963 \"springls.h\"\n",
+    "#line 3100 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -33933,7 +34070,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3090 \"springls.h\"\n",
+    "#line 3227 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -33988,7 +34125,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3146 \"springls.h\"\n",
+    "#line 3283 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34077,7 +34214,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3236 \"springls.h\"\n",
+    "#line 3373 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34089,7 +34226,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3248 \"springls.h\"\n",
+    "#line 3385 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34104,7 +34241,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3264 \"springls.h\"\n",
+    "#line 3401 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34148,7 +34285,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3308 \"springls.h\"\n",
+    "#line 3445 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34163,7 +34300,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3323 \"springls.h\"\n",
+    "#line 3460 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34207,7 +34344,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3367 \"springls.h\"\n",
+    "#line 3504 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34286,7 +34423,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3446 \"springls.h\"\n",
+    "#line 3583 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34301,7 +34438,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3462 \"springls.h\"\n",
+    "#line 3599 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34368,7 +34505,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3529 \"springls.h\"\n",
+    "#line 3666 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34383,7 +34520,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3544 \"springls.h\"\n",
+    "#line 3681 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34450,7 +34587,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3612 \"springls.h\"\n",
+    "#line 3749 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -34831,7 +34968,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3994 \"springls.h\"\n",
+    "#line 4131 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35535,7 +35672,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4699 \"springls.h\"\n",
+    "#line 4836 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -35795,7 +35932,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4960 \"springls.h\"\n",
+    "#line 5097 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -35997,7 +36134,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5163 \"springls.h\"\n",
+    "#line 5300 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36114,7 +36251,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5281 \"springls.h\"\n",
+    "#line 5418 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36311,7 +36448,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5478 \"springls.h\"\n",
+    "#line 5615 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36326,7 +36463,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5494 \"springls.h\"\n",
+    "#line 5631 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36520,7 +36657,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5688 \"springls.h\"\n",
+    "#line 5825 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36535,7 +36672,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5703 \"springls.h\"\n",
+    "#line 5840 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36729,7 +36866,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6496 \"springls.h\"\n",
+    "#line 6633 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37129,7 +37266,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 6897 \"springls.h\"\n",
+    "#line 7034 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37155,7 +37292,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6924 \"springls.h\"\n",
+    "#line 7061 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37243,7 +37380,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7013 \"springls.h\"\n",
+    "#line 7150 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37383,7 +37520,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7154 \"springls.h\"\n",
+    "#line 7291 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37488,7 +37625,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7260 \"springls.h\"\n",
+    "#line 7397 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37720,7 +37857,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7493 \"springls.h\"\n",
+    "#line 7630 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37750,7 +37887,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7660 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37765,7 +37902,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7539 \"springls.h\"\n",
+    "#line 7676 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -37934,7 +38071,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7708 \"springls.h\"\n",
+    "#line 7845 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37949,7 +38086,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7723 \"springls.h\"\n",
+    "#line 7860 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38118,7 +38255,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7892 \"springls.h\"\n",
+    "#line 8029 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38172,7 +38309,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7947 \"springls.h\"\n",
+    "#line 8084 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38198,7 +38335,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7973 \"springls.h\"\n",
+    "#line 8110 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38213,7 +38350,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7989 \"springls.h\"\n",
+    "#line 8126 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38296,7 +38433,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8072 \"springls.h\"\n",
+    "#line 8209 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38311,7 +38448,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8087 \"springls.h\"\n",
+    "#line 8224 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38394,7 +38531,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8170 \"springls.h\"\n",
+    "#line 8307 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38468,7 +38605,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8245 \"springls.h\"\n",
+    "#line 8382 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39021,7 +39158,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8799 \"springls.h\"\n",
+    "#line 8936 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39117,7 +39254,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8896 \"springls.h\"\n",
+    "#line 9033 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39238,7 +39375,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9018 \"springls.h\"\n",
+    "#line 9155 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39519,7 +39656,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9300 \"springls.h\"\n",
+    "#line 9437 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39605,7 +39742,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9387 \"springls.h\"\n",
+    "#line 9524 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39748,7 +39885,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9531 \"springls.h\"\n",
+    "#line 9668 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -39937,7 +40074,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9721 \"springls.h\"\n",
+    "#line 9858 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40062,7 +40199,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9847 \"springls.h\"\n",
+    "#line 9984 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40096,7 +40233,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9882 \"springls.h\"\n",
+    "#line 10019 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40634,7 +40771,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10421 \"springls.h\"\n",
+    "#line 10558 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -40784,7 +40921,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10572 \"springls.h\"\n",
+    "#line 10709 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -40862,7 +40999,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10651 \"springls.h\"\n",
+    "#line 10788 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41111,7 +41248,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10901 \"springls.h\"\n",
+    "#line 11038 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41336,7 +41473,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11127 \"springls.h\"\n",
+    "#line 11264 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41440,7 +41577,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11232 \"springls.h\"\n",
+    "#line 11369 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41537,7 +41674,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11330 \"springls.h\"\n",
+    "#line 11467 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42075,7 +42212,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11869 \"springls.h\"\n",
+    "#line 12006 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42108,7 +42245,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11903 \"springls.h\"\n",
+    "#line 12040 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42133,14 +42270,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11929 \"springls.h\"\n",
+    "#line 12066 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11936 \"springls.h\"\n",
+    "#line 12073 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42155,7 +42292,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11952 \"springls.h\"\n",
+    "#line 12089 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42281,7 +42418,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12078 \"springls.h\"\n",
+    "#line 12215 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42296,7 +42433,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12093 \"springls.h\"\n",
+    "#line 12230 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42422,7 +42559,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12220 \"springls.h\"\n",
+    "#line 12357 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42714,7 +42851,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12513 \"springls.h\"\n",
+    "#line 12650 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -42849,7 +42986,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17194 \"springls.h\"\n",
+    "#line 17331 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -43912,7 +44049,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18258 \"springls.h\"\n",
+    "#line 18395 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44509,7 +44646,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 18856 \"springls.h\"\n",
+    "#line 18993 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45106,7 +45243,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45110 \"springls.h\"\n",
+    "#line 45247 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -46884,6 +47021,1370 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
     SPRINGLS__TRY(springls__follow_all(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
+}
+
+/* ======== >>bodies  (src/tiling/bodies.h) ====================================================================== */
+/* bodies.h - the bodies of a tiling: one two-phase model for each, and one for all of them together, whose outside is label 0. Each wall
+   between two bodies is so two sheets of springls, one of each body, and no stage has to know about labels. What keeps the sheets
+   together is in sheets.h and mirror.h.
+
+   Why no place can have two labels or none: the label of a place is that of the model whose phi is lowest there (decode.h), whatever
+   the models hold by themselves. */
+
+enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
+
+/* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
+typedef struct springls__tiling_body {
+    springls_context *ctx;
+    int32_t label;
+    float sign;                /* of phi and normals: -1 for label 0                                                 */
+    springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
+    springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
+    size_t backup_size;
+    springls_status status;    /* of the work that was done for all bodies                                           */
+    int first;                 /* its springls begin there in arrays of all springls                                 */
+} springls__tiling_body;
+
+struct springls_tiling {
+    springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
+    springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
+    int count;                 /* with that of label 0; 0: nothing has been set                                      */
+    springls__buffer bodies;
+    springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
+    int vanished_count;
+    uint32_t steps;
+    bool facing_known;         /* every springl has been given the label that it faces                               */
+};
+
+/* The attribute that holds the label that a springl faces. */
+static const char *const springls__facing_name = "tiling.facing";
+
+/* Returns the number of the body of a label, -1 if there is none. */
+SPRINGLS__FN int springls__body_number(const springls_tiling *tiling, int32_t label)
+{
+    int low = 0, high = tiling->count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (tiling->body[middle].label < label) low = middle + 1;
+        else high = middle;
+    }
+    return low < tiling->count && tiling->body[low].label == label ? low : -1;
+}
+
+/* Frees a body's model and its backup. */
+SPRINGLS__FN void springls__body_free(springls__tiling_body *body)
+{
+    if (body->ctx) springls__buffer_free(body->ctx, &body->backup);
+    springls_destroy(body->ctx);
+    memset(body, 0, sizeof *body);
+}
+
+SPRINGLS__FN void springls__bodies_free(springls_context *host, springls__buffer *bodies, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) springls__body_free((springls__tiling_body *)bodies->data + i);
+    springls__buffer_free(host, bodies);
+}
+
+/* Fails with what went wrong in the model of a label; its text follows the call's name. */
+SPRINGLS__FN springls_status springls__body_failed(springls_tiling *tiling, springls_status status, const char *call, int32_t label,
+                                                   const springls_context *ctx)
+{
+    return springls__fail(tiling->host, status, "%s: label %d: %.180s", call, (int)label,
+                          ctx ? ctx->error : springls_status_string(status));
+}
+
+/* Creates an empty model for a label. */
+SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, const char *call, int32_t label,
+                                                   springls__tiling_body *body)
+{
+    memset(body, 0, sizeof *body);
+    SPRINGLS__TRY(springls__create_alike(tiling->host, call, &body->ctx));
+    body->label = label;
+    body->sign = label == 0 ? -1.0f : 1.0f;
+    return SPRINGLS_OK;
+}
+
+/* Replaces the bodies by `count` others, ascending by label. */
+SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffer *bodies, int count)
+{
+    springls__bodies_free(tiling->host, &tiling->bodies, tiling->count);
+    tiling->bodies = *bodies;
+    tiling->body = (springls__tiling_body *)bodies->data;
+    tiling->count = count;
+    tiling->vanished_count = 0;
+    tiling->facing_known = false;
+}
+
+/* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
+SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
+{
+    const int i = springls_find_attribute(body->ctx, springls__facing_name);
+    return i < 0 || body->ctx->attributes[i].channels != 1 ? NULL : (float *)body->ctx->attributes[i].values.data;
+}
+
+/* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
+typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
+typedef struct springls__body_job { springls_tiling *tiling; springls__body_fn run; const void *arg; } springls__body_job;
+
+SPRINGLS__FN void springls__body_task(void *arg, int begin, int end)
+{
+    const springls__body_job *job = (const springls__body_job *)arg;
+    for (; begin < end; begin++)
+        job->tiling->body[begin].status = (job->run)(job->tiling, &job->tiling->body[begin], job->arg);
+}
+
+/* Runs a function for each body; fails with the failure of the lowest label. */
+SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+{
+    springls__body_job job;
+    int i;
+    job.tiling = tiling;
+    job.run = run;
+    job.arg = arg;
+    springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].status != SPRINGLS_OK)
+            return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- public calls ---- */
+
+/* Returns what a tiling cannot have of a description, or NULL. */
+SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
+{
+    if (desc->backend) return "a tiling has no backend yet: it has to be NULL";
+    if (desc->follow || desc->window[0] || desc->window[1] || desc->window[2])
+        return "the grid of a tiling does not move: follow and window have to be zero";
+    return NULL;
+}
+
+SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
+{
+    springls_desc plain;
+    springls_tiling *tiling;
+    springls_context *host;
+    if (out) *out = NULL;
+    if (!desc) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
+    if (springls__tiling_fault(desc)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__tiling_fault(desc));
+    plain = *desc;
+    memset(&plain.progress, 0, sizeof plain.progress);
+    memset(&plain.trace, 0, sizeof plain.trace);
+    SPRINGLS__TRY(springls_create(&plain, &host));
+    tiling = (springls_tiling *)springls__allocate(host, sizeof *tiling);
+    if (!tiling) {
+        springls_destroy(host);
+        return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
+    }
+    memset(tiling, 0, sizeof *tiling);
+    tiling->host = host;
+    *out = tiling;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
+{
+    springls_context *host = tiling ? tiling->host : NULL;
+    if (!tiling) return;
+    springls__bodies_free(host, &tiling->bodies, tiling->count);
+    springls__buffer_free(host, &tiling->shift);
+    springls__buffer_free(host, &tiling->gap);
+    springls__buffer_free(host, &tiling->flag);
+    springls__buffer_free(host, &tiling->added);
+    springls__buffer_free(host, &tiling->vanished);
+    springls__release(host, tiling, sizeof *tiling);
+    springls_destroy(host);
+}
+
+SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
+{
+    return tiling ? springls_last_error(tiling->host) : "no tiling";
+}
+
+SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
+{
+    size_t bytes = tiling ? springls_memory_used(tiling->host) : 0;
+    int i;
+    for (i = 0; tiling && i < tiling->count; i++) bytes += springls_memory_used(tiling->body[i].ctx);
+    return bytes;
+}
+
+SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling)
+{
+    return tiling && tiling->count ? tiling->count - 1 : 0;
+}
+
+SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
+{
+    return number < 0 || number >= springls_tiling_count(tiling) ? SPRINGLS__NO_LABEL : tiling->body[number + 1].label;
+}
+
+SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
+{
+    const int i = tiling ? springls__body_number(tiling, label) : -1;
+    return i < 0 ? NULL : tiling->body[i].ctx;
+}
+
+/* ======== >>set_labels  (src/tiling/set_labels.h) ============================================================== */
+/* set_labels.h - makes a tiling of a label map, and adds bodies to one.
+
+   Where a label map is smoothed, each label's indicator (1 in its voxels, else 0) is smoothed by itself, and a wall lies where the two
+   largest at a place are equal: so neighbours have one wall, whichever of the two makes it. A voxel's own label stays the largest there:
+   what smoothing would take from it is left a little inside. */
+
+enum { SPRINGLS__MOST_PASSES = 32 };
+
+/* Where a label is in the map: how many voxels, and their box, both ends in it. */
+typedef struct springls__label_place { int count, lower[3], upper[3]; } springls__label_place;
+
+/* A label map, and of each voxel the two largest smoothed indicators. `own` has those of the label at work in the box from `lower` on. */
+typedef struct springls__label_map {
+    const int32_t *labels;
+    const int *size;
+    int passes;                  /* of the filter (1 2 1) / 4 along each axis                                          */
+    float slope;                 /* of the difference of two indicators across a flat wall, a voxel                    */
+    springls__label_place *place; /* of each label there may be                                                        */
+    float *first, *second, *own, *spare;
+    int32_t *largest;            /* whose indicator is `first`                                                         */
+    int32_t label;
+    int lower[3], width[3];
+    springls__buffer memory[6];
+} springls__label_map;
+
+SPRINGLS__FN size_t springls__map_index(const springls__label_map *map, const int at[3])
+{
+    return (size_t)at[0] + (size_t)map->size[0] * ((size_t)at[1] + (size_t)map->size[1] * (size_t)at[2]);
+}
+
+/* Finds the place of the i-th voxel of a box. */
+SPRINGLS__FN void springls__place_in_box(const int lower[3], const int width[3], size_t i, int at[3])
+{
+    at[0] = lower[0] + (int)(i % (size_t)width[0]);
+    at[1] = lower[1] + (int)(i / (size_t)width[0] % (size_t)width[1]);
+    at[2] = lower[2] + (int)(i / ((size_t)width[0] * (size_t)width[1]));
+}
+
+SPRINGLS__FN size_t springls__box_voxels(const int width[3]) { return (size_t)width[0] * (size_t)width[1] * (size_t)width[2]; }
+
+/* Finds where each label is. Fails where a voxel has a label that there may not be, or one other than 0 lies at the border: a body needs
+   a voxel of label 0 around it there. */
+SPRINGLS__FN springls_status springls__place_labels(springls_tiling *tiling, springls__label_map *map)
+{
+    const int none[3] = { 0, 0, 0 };
+    const size_t n = springls__box_voxels(map->size);
+    size_t i;
+    int at[3], d;
+    for (i = 0; i < n; i++) {
+        const int32_t label = map->labels[i];
+        springls__label_place *place;
+        springls__place_in_box(none, map->size, i, at);
+        if (label < 0 || label > SPRINGLS__LARGEST_LABEL)
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                  "tiling_set_labels: voxel (%d, %d, %d) has label %ld: labels are 0 to %d", at[0], at[1], at[2],
+                                  (long)label, (int)SPRINGLS__LARGEST_LABEL);
+        place = &map->place[label];
+        for (d = 0; d < 3; d++) {
+            if (label && (at[d] == 0 || at[d] == map->size[d] - 1))
+                return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                      "tiling_set_labels: label %d touches the border of the grid at voxel (%d, %d, %d)", (int)label,
+                                      at[0], at[1], at[2]);
+            if (place->count == 0 || at[d] < place->lower[d]) place->lower[d] = at[d];
+            if (place->count == 0 || at[d] > place->upper[d]) place->upper[d] = at[d];
+        }
+        place->count++;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds the box in which the smoothed indicator of a label is not 0; that of label 0 is the whole grid. */
+SPRINGLS__FN void springls__begin_label(springls__label_map *map, int32_t label)
+{
+    const springls__label_place *place = &map->place[label];
+    int d;
+    map->label = label;
+    for (d = 0; d < 3; d++) {
+        const int lower = label ? springls__imax(place->lower[d] - map->passes, 0) : 0;
+        const int upper = label ? springls__imin(place->upper[d] + map->passes, map->size[d] - 1) : map->size[d] - 1;
+        map->lower[d] = lower;
+        map->width[d] = upper - lower + 1;
+    }
+}
+
+/* Runs the filter (1 2 1) / 4 along an axis of the box, from `own` to `spare`, and exchanges them. Beyond the box all is as at its
+   border: 0, or, for label 0, 1. */
+SPRINGLS__FN void springls__filter_axis(springls__label_map *map, int axis)
+{
+    const size_t n = springls__box_voxels(map->width);
+    const size_t step = axis == 0 ? 1 : axis == 1 ? (size_t)map->width[0] : (size_t)map->width[0] * (size_t)map->width[1];
+    const int none[3] = { 0, 0, 0 };
+    float *swap = map->own;
+    size_t i;
+    int at[3];
+    for (i = 0; i < n; i++) {
+        float before, after;
+        springls__place_in_box(none, map->width, i, at);
+        before = map->own[at[axis] > 0 ? i - step : i];
+        after = map->own[at[axis] + 1 < map->width[axis] ? i + step : i];
+        map->spare[i] = 0.5f * map->own[i] + 0.25f * (before + after);
+    }
+    map->own = map->spare;
+    map->spare = swap;
+}
+
+/* Finds the smoothed indicator of a label in its box. */
+SPRINGLS__FN void springls__smooth_label(springls__label_map *map, int32_t label)
+{
+    size_t i, n;
+    int at[3], axis, pass;
+    springls__begin_label(map, label);
+    n = springls__box_voxels(map->width);
+    for (i = 0; i < n; i++) {
+        springls__place_in_box(map->lower, map->width, i, at);
+        map->own[i] = map->labels[springls__map_index(map, at)] == label ? 1.0f : 0.0f;
+    }
+    for (pass = 0; pass < map->passes; pass++)
+        for (axis = 0; axis < 3; axis++) springls__filter_axis(map, axis);
+}
+
+/* Enters the label at work where its indicator is one of the two largest. */
+SPRINGLS__FN void springls__enter_label(springls__label_map *map)
+{
+    const size_t n = springls__box_voxels(map->width);
+    size_t i, v;
+    int at[3];
+    for (i = 0; i < n; i++) {
+        springls__place_in_box(map->lower, map->width, i, at);
+        v = springls__map_index(map, at);
+        if (map->own[i] > map->first[v]) {
+            map->second[v] = map->first[v];
+            map->first[v] = map->own[i];
+            map->largest[v] = map->label;
+        } else if (map->own[i] > map->second[v]) {
+            map->second[v] = map->own[i];
+        }
+    }
+}
+
+/* Returns the level set of the label at work at a voxel, about in voxels; of label 0 that of its outside. */
+SPRINGLS__FN float springls__map_value(const void *arg, size_t index)
+{
+    const springls__label_map *map = (const springls__label_map *)arg;
+    const int none[3] = { 0, 0, 0 };
+    const float kept = 0.02f; /* the least that a voxel's own label is ahead */
+    const bool inside = map->labels[index] == map->label;
+    float own = 0.0f, d;
+    int at[3], k;
+    springls__place_in_box(none, map->size, index, at);
+    for (k = 0; k < 3; k++) at[k] -= map->lower[k];
+    if (at[0] >= 0 && at[1] >= 0 && at[2] >= 0 && at[0] < map->width[0] && at[1] < map->width[1] && at[2] < map->width[2])
+        own = map->own[(size_t)at[0] + (size_t)map->width[0] * ((size_t)at[1] + (size_t)map->width[1] * (size_t)at[2])];
+    d = map->largest[index] == map->label ? map->second[index] - own : map->first[index] - own;
+    d = inside ? springls__min(d, -kept) : springls__max(d, kept);
+    d = springls__clamp(d / map->slope, -3.0f, 3.0f);
+    return map->label == 0 ? -d : d;
+}
+
+/* Makes room for the arrays of a map. */
+SPRINGLS__FN springls_status springls__map_reserve(springls_tiling *tiling, springls__label_map *map)
+{
+    const size_t n = springls__box_voxels(map->size);
+    const size_t labels = (size_t)SPRINGLS__LARGEST_LABEL + 1;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &map->memory[0], labels, sizeof *map->place, 0));
+    for (i = 1; i < 6; i++) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &map->memory[i], n, sizeof(float), 0));
+    map->place = (springls__label_place *)map->memory[0].data;
+    map->first = (float *)map->memory[1].data;
+    map->second = (float *)map->memory[2].data;
+    map->own = (float *)map->memory[3].data;
+    map->spare = (float *)map->memory[4].data;
+    map->largest = (int32_t *)map->memory[5].data;
+    memset(map->place, 0, labels * sizeof *map->place);
+    memset(map->first, 0, n * sizeof(float));
+    memset(map->second, 0, n * sizeof(float));
+    return SPRINGLS_OK;
+}
+
+/* Makes the model of a label, or, of label 0, of all others together. */
+SPRINGLS__FN springls_status springls__body_of_label(springls_tiling *tiling, springls__label_map *map, int32_t label,
+                                                     springls__tiling_body *body)
+{
+    springls_status status;
+    SPRINGLS__TRY(springls__body_create(tiling, "tiling_set_labels", label, body));
+    springls__smooth_label(map, label);
+    status = springls__set_voxels(body->ctx, springls__map_value, map);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    if (status == SPRINGLS_EMPTY_MODEL)
+        springls__fail(tiling->host, status, "tiling_set_labels: label %d, of %d voxels, is too little to have a surface", (int)label,
+                       map->place[label].count);
+    else springls__body_failed(tiling, status, "tiling_set_labels", label, body->ctx);
+    return status;
+}
+
+/* Makes the bodies of a map whose memory has been reserved; *count of them so far. */
+SPRINGLS__FN springls_status springls__bodies_of_map(springls_tiling *tiling, springls__label_map *map, springls__buffer *bodies,
+                                                     int *count)
+{
+    int32_t label;
+    int labels = 1, pass;
+    SPRINGLS__TRY(springls__place_labels(tiling, map));
+    for (label = 1; label <= SPRINGLS__LARGEST_LABEL; label++) labels += map->place[label].count > 0;
+    if (labels == 1)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "tiling_set_labels: all voxels have label 0: there is no body");
+    map->slope = 2.0f;
+    for (pass = 1; pass <= map->passes; pass++) map->slope *= (float)(2 * pass - 1) / (float)(2 * pass);
+    for (label = 0; label <= SPRINGLS__LARGEST_LABEL; label++) {
+        if (map->place[label].count == 0) continue;
+        springls__smooth_label(map, label);
+        springls__enter_label(map);
+    }
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, bodies, (size_t)labels, sizeof(springls__tiling_body), 0));
+    memset(bodies->data, 0, bodies->bytes);
+    for (label = 0; label <= SPRINGLS__LARGEST_LABEL; label++)
+        if (map->place[label].count > 0)
+            SPRINGLS__TRY(springls__body_of_label(tiling, map, label, (springls__tiling_body *)bodies->data + (*count)++));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth)
+{
+    springls__label_map map;
+    springls__buffer bodies;
+    springls_status status;
+    int count = 0, i;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!labels) return springls__fail_null(tiling->host, "tiling_set_labels", "labels");
+    if (smooth < 0 || smooth > SPRINGLS__MOST_PASSES)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_set_labels: smooth is %d: it may be 0 to %d", smooth,
+                              (int)SPRINGLS__MOST_PASSES);
+    memset(&map, 0, sizeof map);
+    memset(&bodies, 0, sizeof bodies);
+    map.labels = labels;
+    map.size = tiling->host->model.grid.size;
+    map.passes = smooth;
+    status = springls__map_reserve(tiling, &map);
+    if (status == SPRINGLS_OK) status = springls__bodies_of_map(tiling, &map, &bodies, &count);
+    for (i = 0; i < 6; i++) springls__buffer_free(tiling->host, &map.memory[i]);
+    if (status == SPRINGLS_OK) springls__take_bodies(tiling, &bodies, count);
+    else springls__bodies_free(tiling->host, &bodies, count);
+    return status;
+}
+
+/* ---- one body more ---- */
+
+/* Returns the label of a body that a new one would overlap by more than a quarter of a voxel, -1 for none. */
+SPRINGLS__FN int32_t springls__body_in_the_way(const springls_tiling *tiling, const springls_context *added)
+{
+    const springls__grid *g = &added->model.grid;
+    const float deep = -0.25f; /* voxel */
+    int entries = (int)springls__entry_count(g), i, e, v;
+    for (i = 1; i < tiling->count; i++) {
+        const springls__grid *other = &tiling->body[i].ctx->model.grid;
+        for (e = 0; e < entries; e++) {
+            const float *a = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS, *b;
+            if (g->top[e] == SPRINGLS__OUTSIDE) continue;
+            b = springls__phi_of_entry(other, g, e);
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+                if (a[v] < deep && b[v] < deep) return tiling->body[i].label;
+        }
+    }
+    return SPRINGLS__NO_LABEL;
+}
+
+/* Returns whether a model has an inside at the border of the grid. */
+SPRINGLS__FN bool springls__reaches_border(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int entries = (int)springls__entry_count(g), o[3], at[3], e, v, d;
+    for (e = 0; e < entries; e++) {
+        const float *phi = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[e] == SPRINGLS__OUTSIDE) continue;
+        springls__entry_origin(g, e, o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            if (phi[v] >= 0.0f) continue;
+            springls__voxel_of_brick(o, v, at);
+            for (d = 0; d < 3; d++)
+                if (at[d] == 0 || at[d] == g->size[d] - 1) return true;
+        }
+    }
+    return false;
+}
+
+/* Makes the model of a new body, and checks where it is. */
+SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user,
+                                                 springls__tiling_body *body)
+{
+    const char *call = "tiling_add_implicit";
+    springls_status status;
+    int32_t other;
+    int i;
+    SPRINGLS__TRY(springls__body_create(tiling, call, label, body));
+    status = springls_set_implicit(body->ctx, fn, user);
+    if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
+    if (springls__reaches_border(body->ctx))
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d touches the border of the grid", call, (int)label);
+    for (i = 0; i < tiling->count; i++) {
+        status = springls__begin_reading(tiling->body[i].ctx);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    other = springls__body_in_the_way(tiling, body->ctx);
+    if (other == SPRINGLS__NO_LABEL) return SPRINGLS_OK;
+    return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d would be where label %d is", call, (int)label, (int)other);
+}
+
+/* Makes the model of all bodies together with one more. */
+SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const springls__tiling_body *added, springls__tiling_body *outer)
+{
+    const char *call = "tiling_add_implicit";
+    const bool alone = tiling->count == 0 || springls_count(tiling->body[0].ctx) == 0;
+    springls_status status;
+    SPRINGLS__TRY(springls__body_create(tiling, call, 0, outer));
+    status = springls__copy_model(outer->ctx, alone ? added->ctx : tiling->body[0].ctx);
+    if (status == SPRINGLS_OK && !alone) status = springls_combine(outer->ctx, SPRINGLS_OPERATION_UNION, added->ctx);
+    return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, 0, outer->ctx);
+}
+
+/* Puts a body, and the model of all together, into a copy of the list of bodies, which replaces it. */
+SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, springls__tiling_body *outer, springls__tiling_body *added)
+{
+    const int before = springls__imax(tiling->count, 1);
+    springls__tiling_body *body;
+    springls__buffer bodies;
+    int i, n = 0;
+    memset(&bodies, 0, sizeof bodies);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &bodies, (size_t)before + 1, sizeof *body, 0));
+    body = (springls__tiling_body *)bodies.data;
+    body[n++] = *outer;
+    for (i = 1; i < tiling->count; i++) {
+        if (n == i && tiling->body[i].label > added->label) body[n++] = *added;
+        body[n++] = tiling->body[i];
+    }
+    if (n == before) body[n++] = *added;
+    if (tiling->count) springls__body_free(&tiling->body[0]);
+    springls__buffer_free(tiling->host, &tiling->bodies);
+    tiling->bodies = bodies;
+    tiling->body = body;
+    tiling->count = n;
+    tiling->facing_known = false;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+{
+    springls__tiling_body added, outer;
+    springls_status status;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!fn) return springls__fail_null(tiling->host, "tiling_add_implicit", "the function");
+    if (label < 1 || label > SPRINGLS__LARGEST_LABEL)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_add_implicit: the label is %ld: it may be 1 to %d",
+                              (long)label, (int)SPRINGLS__LARGEST_LABEL);
+    if (springls__body_number(tiling, label) >= 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_add_implicit: there is a body of label %d", (int)label);
+    memset(&added, 0, sizeof added);
+    memset(&outer, 0, sizeof outer);
+    status = springls__make_body(tiling, label, fn, user, &added);
+    if (status == SPRINGLS_OK) status = springls__make_outer(tiling, &added, &outer);
+    if (status == SPRINGLS_OK) status = springls__insert_body(tiling, &outer, &added);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    springls__body_free(&added);
+    springls__body_free(&outer);
+    return status;
+}
+
+/* ======== >>sheets  (src/tiling/sheets.h) ====================================================================== */
+/* sheets.h - keeps the two sheets of a wall together. Each springl faces a label: the body whose opposed sheet lies in front of it. That is
+   an attribute, so that it comes along when springls split and fill; it changes where bodies meet or part. Sheets that have come
+   apart, or passed through each other, by more than a dead band go half way to each other.
+
+   Why a dead band: a sheet is known to a hundredth of a voxel, and the mean of two sheets is smoother than either. Drawn together in every
+   step they would be smoothed in every step; left alone they drift. */
+
+#define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
+#define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
+#define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
+#define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
+
+/* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
+   within reach, or another sheet of the body is nearer: beyond a body that is thin, the far side of the next one is no wall. */
+SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
+{
+    const springls__model *model = &body->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__PROJECT_RADIUS);
+    springls__moments sum;
+    springls__projection found;
+    float nearest = FLT_MAX, nearest_cosine = 0.0f;
+    int i;
+    memset(&sum, 0, sizeof sum);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 m = springls__scale(springls__springl_normal(model->set.s[i]), body->sign);
+        const springls__v3 d = springls__sub(x, model->set.s[i].p);
+        const float d2 = springls__length2(d), cosine = springls__dot(m, n), weight = springls__project_weight(d2);
+        if (d2 < nearest) {
+            nearest = d2;
+            nearest_cosine = cosine;
+        }
+        if (cosine < SPRINGLS__WALL_OPPOSED) continue;
+        sum.offset = springls__mad(sum.offset, d, weight);
+        sum.normal = springls__mad(sum.normal, m, weight);
+        sum.height += weight * springls__dot(d, m);
+        sum.weight += weight;
+    }
+    if (sum.weight < 1e-3f || nearest_cosine < 0.0f) return false;
+    found = springls__moments_distance(sum);
+    *distance = found.distance;
+    return found.trust > 0.05f && springls__fabs(found.distance) <= SPRINGLS__WALL_REACH;
+}
+
+/* ---- what lies where ---- */
+
+/* Finds the box of a body's particles, and lists them in cells. */
+SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__constellation *set = &body->ctx->model.set;
+    int i;
+    (void)tiling, (void)arg;
+    body->box = springls__box_empty();
+    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
+    return springls__read_cell_list(body->ctx);
+}
+
+/* Finds where all bodies are, and numbers their springls through. Returns how many there are. */
+SPRINGLS__FN springls_status springls__look_at_bodies(springls_tiling *tiling, const char *call, int *springls)
+{
+    int i;
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__look_at_body, NULL));
+    for (i = *springls = 0; i < tiling->count; i++) {
+        tiling->body[i].first = *springls;
+        *springls += tiling->body[i].ctx->model.set.count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__in_reach(const springls__box *box, springls__v3 x, float reach)
+{
+    return x.x >= box->lower.x - reach && x.y >= box->lower.y - reach && x.z >= box->lower.z - reach && x.x <= box->upper.x + reach
+           && x.y <= box->upper.y + reach && x.z <= box->upper.z + reach;
+}
+
+SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__box *b, float reach)
+{
+    return a->lower.x <= b->upper.x + reach && a->lower.y <= b->upper.y + reach && a->lower.z <= b->upper.z + reach
+           && b->lower.x <= a->upper.x + reach && b->lower.y <= a->upper.y + reach && b->lower.z <= a->upper.z + reach;
+}
+
+/* ---- what a springl faces ---- */
+
+/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
+   is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
+SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
+{
+    const springls__model *model = &body->ctx->model;
+    const float error = 0.3f; /* voxel */
+    const int i = springls__nearest_springl(model, p, SPRINGLS__PROJECT_RADIUS);
+    springls__v3 moved;
+    if (i < 0) return false;
+    moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved)) < d + error;
+}
+
+/* Finds the nearest opposed sheet before place p of a body with normal n, among those of the bodies from `first` on, but for two of them.
+   Returns the body's number, -1: there is none within reach. */
+SPRINGLS__FN int springls__nearest_sheet(const springls_tiling *tiling, int first, int own, int faced, springls__v3 p, springls__v3 n,
+                                         float *distance)
+{
+    const springls__v3 back = springls__scale(n, -1.0f);
+    float d;
+    int i, found = -1;
+    for (i = first; i < tiling->count; i++) {
+        if (i == own || i == faced || !springls__in_reach(&tiling->body[i].box, p, 1.0f)) continue;
+        if (!springls__sheet_distance(&tiling->body[i], p, back, &d)) continue;
+        if (found >= 0 && springls__fabs(d) >= springls__fabs(*distance)) continue;
+        *distance = d;
+        found = i;
+    }
+    return found;
+}
+
+/* Returns the body that place p of a body with normal n faces by the level sets: a little before it the lowest phi of another one. */
+SPRINGLS__FN int springls__faced_by_phi(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n)
+{
+    const springls__v3 x = springls__mad(p, n, 0.6f);
+    float least = FLT_MAX;
+    int i, found = own == 0 ? -1 : 0;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        float phi;
+        if (i == own || !springls__in_reach(&tiling->body[i].box, x, 2.0f)) continue;
+        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
+        if (phi >= least) continue;
+        least = phi;
+        found = i;
+    }
+    return found;
+}
+
+/* Looks at the springls of one body: what they face, their gap to it, and how far they go. */
+typedef struct springls__sheets_job {
+    const springls_tiling *tiling;
+    int own;
+    float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
+    springls__v3 *shift;   /* NULL: they only look                                                                    */
+    bool known;            /* facing is that of before                                                                */
+} springls__sheets_job;
+
+/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. */
+SPRINGLS__FN float springls__way_to_middle(float gap)
+{
+    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK) return 0.0f;
+    return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
+}
+
+/* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
+   - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
+     lies in its place.
+   - From label 0 it turns to a body that it touches. */
+SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
+{
+    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
+                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    float d = 0.0f;
+    int other;
+    if (there && faced > 0) return faced;
+    other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
+    if (faced < 0 && other >= 0) *gap = d;
+    else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
+    else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
+    else other = faced;
+    if (!there && other == faced) *gap = FLT_MAX;
+    return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
+}
+
+SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
+{
+    const springls__sheets_job *job = (const springls__sheets_job *)arg;
+    const springls__tiling_body *body = &job->tiling->body[job->own];
+    for (; begin < end; begin++) {
+        const springls__springl *s = &body->ctx->model.set.s[begin];
+        const springls__v3 n = springls__scale(springls__springl_normal(*s), body->sign);
+        int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
+        float gap = FLT_MAX;
+        if (faced == job->own) faced = -1;
+        faced = springls__faced_by(job->tiling, job->own, s->p, n, faced, &gap);
+        job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
+        job->gap[begin] = gap;
+        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
+    }
+}
+
+/* Gives the springls of a body the attribute for what they face, where they have none. *known: they had it. */
+SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body, bool *known)
+{
+    const springls_attribute_desc desc
+        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    *known = springls__facing_values(body) != NULL;
+    return *known ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
+}
+
+/* Finds what the springls of all bodies face, and their gaps; with move also how far they go. */
+SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
+{
+    springls__sheets_job job;
+    int springls, i;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
+    job.tiling = tiling;
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        const springls_status status = springls__make_facing(body, &job.known);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        job.own = i;
+        job.known = job.known && tiling->facing_known;
+        job.facing = springls__facing_values(body);
+        job.gap = (float *)tiling->gap.data + body->first;
+        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
+        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
+    }
+    tiling->facing_known = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- half way ---- */
+
+/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
+SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;
+    const springls__constellation *set = &body->ctx->model.set;
+    springls__buffer moved;
+    springls_status status;
+    springls__v3 *q;
+    int first = 0, end = set->count, i, m;
+    (void)arg;
+    while (first < end && springls__length2(shift[first]) == 0.0f) first++;
+    while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
+    if (first == end) return SPRINGLS_OK;
+    memset(&moved, 0, sizeof moved);
+    SPRINGLS__TRY(springls__buffer_grow(body->ctx, &moved, (size_t)(end - first), 4 * sizeof *q, 0));
+    q = (springls__v3 *)moved.data;
+    for (i = first; i < end; i++)
+        for (m = 0; m < 3; m++) *q++ = springls__add(set->s[i].q[m], shift[i]);
+    for (i = first; i < end; i++) *q++ = springls__add(set->s[i].p, shift[i]);
+    q = (springls__v3 *)moved.data;
+    status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
+    springls__buffer_free(body->ctx, &moved);
+    return status;
+}
+
+/* Finds what all springls face, and draws the two sheets of each wall together. */
+SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call)
+{
+    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, true));
+    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
+}
+
+/* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
+/* decode.h - what label is where: that of the model whose phi is lowest, the lower label where two are equal. The outside of label 0 has
+   phi of all bodies together, negated. So every place has one label, and no body a gap or an overlap beside it. */
+
+/* Makes phi of a body agree with its springls, for reading, and finds the body's box. */
+SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    return springls__look_at_body(tiling, body, arg);
+}
+
+/* The same for all bodies of a tiling that has some. */
+SPRINGLS__FN springls_status springls__read_bodies(springls_tiling *tiling, const char *call)
+{
+    if (tiling->count == 0) return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    return springls__for_bodies(tiling, call, springls__read_body, NULL);
+}
+
+/* Returns the number of the body at a place, voxels. Beyond its box and the band phi of a body is that of its outside. */
+SPRINGLS__FN int springls__tiling_body_at(const springls_tiling *tiling, springls__v3 x)
+{
+    float least = 0.0f;
+    int i, found = 0;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        float phi;
+        if (i > 0 && !springls__in_reach(&tiling->body[i].box, x, g->far_value + 2.0f)) continue;
+        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
+        if (i > 0 && phi >= least) continue;
+        least = phi;
+        found = i;
+    }
+    return found;
+}
+
+typedef struct springls__labels_query { const springls_tiling *tiling; const float *points; int32_t *out; } springls__labels_query;
+
+SPRINGLS__FN void springls__sample_labels_task(void *arg, int begin, int end)
+{
+    const springls__labels_query *q = (const springls__labels_query *)arg;
+    for (; begin < end; begin++) {
+        const springls__v3 x = springls__world_to_voxel(q->tiling->host, q->points + 3 * (size_t)begin);
+        q->out[begin] = q->tiling->body[springls__tiling_body_at(q->tiling, x)].label;
+    }
+}
+
+SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
+{
+    springls__labels_query q;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_points(tiling->host, points, count, out, "tiling_sample_labels"));
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_sample_labels"));
+    q.tiling = tiling;
+    q.points = points;
+    q.out = out;
+    springls__parallel(tiling->host, count, 256, springls__sample_labels_task, &q);
+    return SPRINGLS_OK;
+}
+
+/* ---- every voxel ---- */
+
+/* Enters a body in the brick of an entry of its top table, wherever its phi is below that of the bodies before it. */
+SPRINGLS__FN void springls__decode_brick(const springls__tiling_body *body, int entry, float *least, int32_t *out)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const float *phi = g->phi + (size_t)g->top[entry] * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__entry_origin(g, entry, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        const float value = body->sign * phi[v];
+        size_t i;
+        springls__voxel_of_brick(o, v, at);
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        i = springls__voxel_index(g, at[0], at[1], at[2]);
+        if (body->label != 0 && value >= least[i]) continue;
+        least[i] = value;
+        out[i] = body->label;
+    }
+}
+
+/* Finds the label of every voxel, and the phi of its body, which has been made to agree with the springls. */
+SPRINGLS__FN void springls__decode(const springls_tiling *tiling, float *least, int32_t *out)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    size_t v;
+    int i, e;
+    for (v = 0; v < n; v++) {
+        least[v] = -tiling->body[0].ctx->model.grid.far_value;
+        out[v] = 0;
+    }
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        const int entries = (int)springls__entry_count(g);
+        for (e = 0; e < entries; e++)
+            if (g->top[e] != SPRINGLS__OUTSIDE) springls__decode_brick(&tiling->body[i], e, least, out);
+    }
+}
+
+SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
+{
+    springls__buffer least;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail_null(tiling->host, "tiling_copy_labels", "out");
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_copy_labels"));
+    memset(&least, 0, sizeof least);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &least, springls__box_voxels(tiling->host->model.grid.size), sizeof(float), 0));
+    springls__decode(tiling, (float *)least.data, out);
+    springls__buffer_free(tiling->host, &least);
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Counts the voxels of each label, and measures each body's surface. */
+SPRINGLS__FN springls_status springls__measure_tiling(springls_tiling *tiling, const int32_t *labels, springls_tiling_measures *out)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    springls_measures measures;
+    size_t v;
+    int i;
+    for (i = 1; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        const springls_status status = springls_measure(body->ctx, &measures);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, "tiling_measure", body->label, body->ctx);
+        out[i - 1].label = body->label;
+        out[i - 1].springls = springls_count(body->ctx);
+        out[i - 1].voxels = 0;
+        out[i - 1].volume = measures.volume;
+        out[i - 1].area = measures.area;
+    }
+    for (v = 0; v < n; v++)
+        if (labels[v]) out[springls__body_number(tiling, labels[v]) - 1].voxels++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
+{
+    springls__buffer labels;
+    springls_status status;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail_null(tiling->host, "tiling_measure", "out");
+    memset(&labels, 0, sizeof labels);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &labels, springls__box_voxels(tiling->host->model.grid.size), sizeof(int32_t), 0));
+    status = springls_tiling_copy_labels(tiling, (int32_t *)labels.data);
+    if (status == SPRINGLS_OK) status = springls__measure_tiling(tiling, (const int32_t *)labels.data, out);
+    springls__buffer_free(tiling->host, &labels);
+    return status;
+}
+
+SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
+{
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
+    int i;
+    for (i = 0; tiling && i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const uint64_t of_body = springls_state_hash(body->ctx);
+        const float *facing = springls__facing_values(body);
+        hash = springls__hash(hash, &body->label, sizeof body->label);
+        hash = springls__hash(hash, &of_body, sizeof of_body);
+        if (facing && tiling->facing_known) hash = springls__hash(hash, facing, (size_t)springls_count(body->ctx) * sizeof *facing);
+    }
+    return tiling ? hash : 0;
+}
+
+/* ======== >>mirror  (src/tiling/mirror.h) ====================================================================== */
+/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its own
+   correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
+   whose face the rim's wall is smooth, knows where it lies. */
+
+/* A springl that is to be added to a body, as that has it, and what it faces there. */
+typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
+
+/* Marks the springls of body `from` that face body `to` and have no partner there. */
+typedef struct springls__mirror_job {
+    const springls__tiling_body *from, *to;
+    const float *facing;
+    uint8_t *alone; /* a springl of `from` */
+} springls__mirror_job;
+
+/* Returns whether a springl of another body, at p and with normal m, is the partner of one at x with normal n. */
+SPRINGLS__FN bool springls__is_partner(springls__v3 x, springls__v3 n, springls__v3 p, springls__v3 m)
+{
+    const float opposed = -0.3f; /* cosine, at most */
+    return springls__length2(springls__sub(p, x)) < SPRINGLS__WALL_REACH * SPRINGLS__WALL_REACH && springls__dot(m, n) < opposed;
+}
+
+/* Returns whether the body has a partner for a springl at x with normal n. */
+SPRINGLS__FN bool springls__has_partner(const springls__tiling_body *body, springls__v3 x, springls__v3 n)
+{
+    const springls__model *model = &body->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__WALL_REACH);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__is_partner(x, n, model->set.s[i].p,
+                                 springls__scale(springls__springl_normal(model->set.s[i]), body->sign))) return true;
+    return false;
+}
+
+SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
+{
+    const springls__mirror_job *job = (const springls__mirror_job *)arg;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &job->from->ctx->model.set.s[begin];
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+            && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
+    }
+}
+
+/* Returns whether one of the springls that are to be added is already the partner of this one. */
+SPRINGLS__FN bool springls__is_mirrored_in(const springls__mirrored *added, int count, float sign, springls__v3 x, springls__v3 n)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        if (springls__is_partner(x, n, added[i].s.p, springls__scale(springls__springl_normal(added[i].s), sign))) return true;
+    return false;
+}
+
+/* Collects what body `to` gets from body `from`, behind *count others. */
+SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling, const springls__tiling_body *from,
+                                                        const springls__tiling_body *to, int *count)
+{
+    const springls__constellation *set = &from->ctx->model.set;
+    springls__mirror_job job;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->flag, (size_t)set->count + 1, 1, 0));
+    job.from = from;
+    job.to = to;
+    job.facing = springls__facing_values(from);
+    job.alone = (uint8_t *)tiling->flag.data;
+    if (!job.facing) return SPRINGLS_OK;
+    springls__parallel(tiling->host, set->count, 64, springls__mirror_task, &job);
+    for (i = 0; i < set->count; i++) {
+        const springls__v3 n = springls__scale(springls__springl_normal(set->s[i]), from->sign);
+        springls__mirrored *added = (springls__mirrored *)tiling->added.data;
+        if (!job.alone[i] || springls__is_mirrored_in(added, *count, to->sign, set->s[i].p, n)) continue;
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->added, (size_t)*count + 1, sizeof *added,
+                                            (size_t)*count * sizeof *added));
+        added = (springls__mirrored *)tiling->added.data + (*count)++;
+        added->s = from->sign == to->sign ? springls__reversed(set->s[i]) : set->s[i];
+        added->a = set->a[i];
+        added->generation = set->generation[i] + 1u;
+        added->facing = from->label;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Adds the first `count` springls that have been collected to a body. Other attributes of theirs are zero. */
+SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
+{
+    springls_context *ctx = body->ctx;
+    const int before = ctx->model.set.count;
+    float *facing;
+    int i;
+    if (count == 0) return SPRINGLS_OK;
+    if (before + count > ctx->desc.max_springls) {
+        ctx->stats.refused += count;
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
+    for (i = 0; i < ctx->attribute_count; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        SPRINGLS__TRY(springls__values_reserve(ctx, attribute, before + count, before));
+        memset(springls__values_of(attribute, before), 0, (size_t)(count * attribute->channels) * sizeof(float));
+    }
+    facing = springls__facing_values(body);
+    for (i = 0; i < count; i++) {
+        springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
+        facing[before + i] = (float)added[i].facing;
+    }
+    springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
+    ctx->stats.added += count;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Gives each body the springls that its walls miss; *mirrored counts them. */
+SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, const char *call, int *mirrored)
+{
+    int springls, to, from, count;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
+    for (to = 0; to < tiling->count; to++) {
+        springls__tiling_body *body = &tiling->body[to];
+        springls_status status = springls__read_cell_list(body->ctx);
+        for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
+            if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
+                SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
+        if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        *mirrored += count;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
+/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it was. */
+
+enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64 };
+
+/* ---- forces ---- */
+
+/* What the callbacks of a body's model get: whose they are. */
+typedef struct springls__tiling_push {
+    const springls_tiling_step_desc *desc;
+    const springls__tiling_body *body;
+} springls__tiling_push;
+
+/* The callback that is asked, and how many floats it answers a point. */
+typedef struct springls__tiling_ask { springls_tiling_fn fn; int width; } springls__tiling_ask;
+
+/* Asks the user's callback about part of a batch, at most SPRINGLS__TILING_BLOCK points from `first` on. Normals point away from the
+   label: those of the model of label 0 point into it. */
+SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls__tiling_ask ask, const springls_batch *given, int first,
+                                     int count, float *out)
+{
+    const float *facing = springls__facing_values(push->body);
+    int32_t labels[SPRINGLS__TILING_BLOCK];
+    float normals[3 * SPRINGLS__TILING_BLOCK];
+    springls_tiling_batch batch;
+    int i;
+    for (i = 0; i < count; i++) labels[i] = facing ? (int32_t)facing[given->springls[first + i]] : SPRINGLS__NO_LABEL;
+    for (i = 0; i < 3 * count; i++) normals[i] = push->body->sign * given->normals[3 * first + i];
+    batch.label = push->body->label;
+    batch.facing = labels;
+    batch.batch = *given;
+    batch.batch.count = count;
+    batch.batch.points = given->points + 3 * first;
+    batch.batch.normals = normals;
+    batch.batch.correspondences = given->correspondences + 3 * first;
+    batch.batch.springls = given->springls + first;
+    batch.batch.ids = given->ids + first;
+    (ask.fn)(push->desc->user, &batch, out + ask.width * first);
+}
+
+SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given, float *out)
+{
+    springls__tiling_ask ask;
+    int first;
+    ask.fn = fn;
+    ask.width = width;
+    for (first = 0; first < given->count; first += SPRINGLS__TILING_BLOCK)
+        springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
+}
+
+SPRINGLS__FN void springls__tiling_velocity(void *user, const springls_batch *given, float *out)
+{
+    const springls__tiling_push *push = (const springls__tiling_push *)user;
+    springls__ask(push, push->desc->velocity, 3, given, out);
+}
+
+SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *given, float *out)
+{
+    const springls__tiling_push *push = (const springls__tiling_push *)user;
+    int i;
+    springls__ask(push, push->desc->pressure, 1, given, out);
+    for (i = 0; i < given->count; i++) out[i] *= push->body->sign;
+}
+
+/* ---- as it was ---- */
+
+/* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
+SPRINGLS__FN springls_status springls__back_up(springls__tiling_body *body)
+{
+    springls_context *ctx = body->ctx;
+    const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
+    springls__snapshot_state state;
+    springls__layout layout;
+    springls__table tables[2];
+    size_t size;
+    body->backup_size = 0;
+    SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
+    SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
+    springls__tables_of_block(ctx, &state, &layout, (const char *)body->backup.data, tables);
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &state, tables));
+    body->backup_size = size;
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the models as they were, where they have been kept. */
+SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        springls_status status = SPRINGLS_OK;
+        if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
+        SPRINGLS_ASSERT(status == SPRINGLS_OK);
+        (void)status;
+        body->backup_size = 0;
+    }
+}
+
+/* ---- the step ---- */
+
+SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
+    springls__tiling_push push;
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    (void)tiling;
+    SPRINGLS__TRY(springls__back_up(body));
+    if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
+    push.desc = desc;
+    push.body = body;
+    forces.user = &push;
+    if (desc->velocity) forces.velocity_batch = springls__tiling_velocity;
+    if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
+    forces.curvature_weight = desc->curvature_weight;
+    forces.integrator = desc->integrator;
+    step.forces = desc->dt > 0.0f ? &forces : NULL;
+    step.dt = desc->dt;
+    step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
+    return springls_step(body->ctx, &step);
+}
+
+/* Removes the bodies that have no springl left, and lists their labels; there is room for them. */
+SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling)
+{
+    int i, n = 1;
+    tiling->vanished_count = 0;
+    for (i = 1; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        if (body->ctx->model.set.count == 0) {
+            ((int32_t *)tiling->vanished.data)[tiling->vanished_count++] = body->label;
+            springls__body_free(body);
+        } else {
+            tiling->body[n++] = *body;
+        }
+    }
+    tiling->count = n;
+}
+
+/* Sums up the gaps of all springls that have a sheet before them. */
+SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_tiling_report *report)
+{
+    const springls__tiling_body *last = &tiling->body[tiling->count - 1];
+    const int springls = last->first + last->ctx->model.set.count;
+    const float *gap = (const float *)tiling->gap.data;
+    double sum = 0.0, sum2 = 0.0;
+    int i, found = 0;
+    for (i = 0; i < springls; i++) {
+        if (gap[i] == FLT_MAX) continue;
+        found++;
+        sum += fabs((double)gap[i]);
+        sum2 += (double)gap[i] * (double)gap[i];
+        report->largest_gap = springls__max(report->largest_gap, springls__fabs(gap[i]));
+    }
+    if (found) {
+        report->mean_gap = (float)(sum / (double)found);
+        report->rms_gap = (float)sqrt(sum2 / (double)found);
+    }
+    report->faced = found;
+}
+
+/* Returns whether sheets are looked at in this step: in a flow that all labels share they come apart slowly. */
+SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const uint32_t usual = desc->pressure || desc->curvature_weight != 0.0f || desc->dt == 0.0f ? 1u : (uint32_t)SPRINGLS__MIRROR_PERIOD;
+    const uint32_t period = desc->wall_period > 0 ? (uint32_t)desc->wall_period : usual;
+    return tiling->steps % period == 0;
+}
+
+/* Does the work on a checked description. On failure models are left as they are. */
+SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                       springls_tiling_report *report)
+{
+    const char *call = "tiling_step";
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    tiling->steps++;
+    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+    if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call));
+    springls__report_gaps(tiling, report);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const char *call = "tiling_step";
+    if (!desc) return springls__fail_null(tiling->host, call, "the description");
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
+    if (desc->wall_period < 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
+    if (springls_tiling_count(tiling) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                  springls_tiling_report *report)
+{
+    springls_tiling_report own;
+    springls_status status;
+    uint32_t steps;
+    int i;
+    if (!report) report = &own;
+    memset(report, 0, sizeof *report);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
+    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_step", false));
+    for (i = 0; i < tiling->count; i++) tiling->body[i].backup_size = 0;
+    steps = tiling->steps;
+    status = springls__run_tiling_step(tiling, desc, report);
+    if (status == SPRINGLS_OK) {
+        springls__drop_vanished(tiling);
+        report->vanished = tiling->vanished_count ? (const int32_t *)tiling->vanished.data : NULL;
+        report->vanished_count = tiling->vanished_count;
+        return SPRINGLS_OK;
+    }
+    memset(report, 0, sizeof *report);
+    springls__go_back(tiling);
+    tiling->steps = steps;
+    return status;
+}
+
+SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
+{
+    springls_tiling_step_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.max_displacement = 2.0f;
+    return desc;
+}
+
+SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
+{
+    const float *facing;
+    int i, number;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    number = springls__body_number(tiling, label);
+    if (number < 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_facing: there is no body of label %ld", (long)label);
+    if (!out && springls_count(tiling->body[number].ctx)) return springls__fail_null(tiling->host, "tiling_facing", "out");
+    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_facing", false));
+    facing = springls__facing_values(&tiling->body[number]);
+    for (i = 0; i < springls_count(tiling->body[number].ctx); i++) out[i] = facing ? (int32_t)facing[i] : SPRINGLS__NO_LABEL;
+    return SPRINGLS_OK;
 }
 
 #if defined(SPRINGLS__FLOAT_CONTROL)

@@ -1037,6 +1037,121 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
+/* ---- >>tiling:api: many bodies in one space, without gap or overlap (manual, MANY BODIES) -------------------------- */
+
+/* Holds bodies that touch, each under a label from 1 to 65,535, on one grid. Label 0 is what is around them. The label of a place is that
+   of the body whose signed distance is lowest there; label 0 has that of all bodies together, negated. So no place has two labels or
+   none. Each body is a model of its own, with springls, correspondences and attributes; the wall between two bodies is two sheets of
+   springls, which steps keep together. With tiling = NULL a function does as one with ctx = NULL. */
+typedef struct springls_tiling springls_tiling;
+
+/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
+   zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
+   from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
+   on it. On failure *out is NULL, and the logger has the reason. */
+SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out);
+
+/* Frees the tiling and all of its bodies; NULL is allowed. */
+SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling);
+
+/* Returns the sentence of the tiling's last failure, "" after none; it belongs to the tiling, and names the label where one is at fault.
+   tiling NULL: "no tiling". */
+SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling);
+
+/* Returns how many bytes the tiling and its bodies hold from the allocator. */
+SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling);
+
+/* Replaces all bodies by those of a dense label map. smooth: how often each label's voxels are smoothed by (1 2 1) / 4 along each axis,
+   0 to 32, so that walls are no stairs; the voxels keep their labels, where none is thinner than two voxels. INVALID_ARGUMENT: also a
+   label below 0 or above 65,535, or one that touches the border of the grid. EMPTY_MODEL: all labels are 0, or one has too few voxels to
+   have a surface. After a failure the tiling is as before. */
+SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth);
+
+/* Adds a body, sampled as by springls_set_implicit, with a new label. INVALID_ARGUMENT: also a label that is taken or out of range, a
+   body that touches the border of the grid, or one that would overlap another by more than half a voxel; bodies may touch. EMPTY_MODEL,
+   NON_FINITE: as springls_set_implicit. After a failure the tiling is as before. */
+SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user);
+
+/* Returns how many bodies there are, without label 0. */
+SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling);
+
+/* Returns the label of body number 0, 1, ..., springls_tiling_count - 1, ascending; -1: there is none. */
+SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number);
+
+/* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
+   the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
+   apart. Its attribute "tiling.facing" belongs to the tiling. */
+SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
+
+/* Writes the label that each springl of a label's model faces, in springl order: that of the body whose sheet lies before it, else 0; -1:
+   not known. INVALID_ARGUMENT: also a label without a body. */
+SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
+
+/* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
+   label into what it faces, for label 0 too. Both sides of a wall are asked, each by itself: the label and what it faces are exchanged. */
+typedef struct springls_tiling_batch {
+    int32_t label;
+    const int32_t *facing; /* of each point: the label that its springl faces; -1: not known                         */
+    springls_batch batch;
+} springls_tiling_batch;
+
+/* Evaluates a velocity, 3 floats a point, or a pressure, 1 float. Called like springls_batch_fn. The two sides of a wall should get the
+   same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
+typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
+
+/* Describes a step of a tiling. Zero all of it. */
+typedef struct springls_tiling_step_desc {
+    springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
+    springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
+    void *user;                      /* handed to both                                                               */
+    float curvature_weight;          /* surface tension, alike on all walls; as springls_forces.curvature_weight     */
+    springls_integrator integrator;
+    float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
+    float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
+    int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
+                                        velocity alone, which moves both alike, else after every step                 */
+} springls_tiling_step_desc;
+
+/* Returns a description without forces, with max_displacement = 2. */
+SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
+
+/* Reports what a step did. Zeros where sheets were not looked at. */
+typedef struct springls_tiling_report {
+    const int32_t *vanished;         /* labels of bodies that are gone, ascending: they have lost all springls. The tiling's,
+                                        until the next step                                                          */
+    int vanished_count;
+    int mirrored;                    /* springls that walls have got from their other side                           */
+    int faced;                       /* springls with a sheet before them                                            */
+    float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
+} springls_tiling_report;
+
+/* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
+   more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
+   than .9 voxel nearer. report: may be NULL. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too,
+   the tiling is as before the step. */
+SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
+                                                  springls_tiling_report *report);
+
+/* Finds the label of `count` world points. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out);
+
+/* Writes the label of every voxel, a dense volume. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out);
+
+/* Holds measures of a body. */
+typedef struct springls_tiling_measures {
+    int32_t label;
+    int springls;
+    int64_t voxels;                  /* whose label it is                                                            */
+    double volume, area;             /* of its watertight surface, world units, as springls_measure                  */
+} springls_tiling_measures;
+
+/* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
+
+/* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
+SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
+
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
 /* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */

@@ -1,0 +1,210 @@
+/* bodies.h - the bodies of a tiling: one two-phase model for each, and one for all of them together, whose outside is label 0. Each wall
+   between two bodies is so two sheets of springls, one of each body, and no stage has to know about labels. What keeps the sheets
+   together is in sheets.h and mirror.h.
+
+   Why no place can have two labels or none: the label of a place is that of the model whose phi is lowest there (decode.h), whatever
+   the models hold by themselves. */
+#ifndef SPRINGLS__TILING_BODIES_H
+#define SPRINGLS__TILING_BODIES_H
+
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../lifecycle/create.h"
+
+enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
+
+/* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
+typedef struct springls__tiling_body {
+    springls_context *ctx;
+    int32_t label;
+    float sign;                /* of phi and normals: -1 for label 0                                                 */
+    springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
+    springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
+    size_t backup_size;
+    springls_status status;    /* of the work that was done for all bodies                                           */
+    int first;                 /* its springls begin there in arrays of all springls                                 */
+} springls__tiling_body;
+
+struct springls_tiling {
+    springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
+    springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
+    int count;                 /* with that of label 0; 0: nothing has been set                                      */
+    springls__buffer bodies;
+    springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
+    int vanished_count;
+    uint32_t steps;
+    bool facing_known;         /* every springl has been given the label that it faces                               */
+};
+
+/* The attribute that holds the label that a springl faces. */
+static const char *const springls__facing_name = "tiling.facing";
+
+/* Returns the number of the body of a label, -1 if there is none. */
+SPRINGLS__FN int springls__body_number(const springls_tiling *tiling, int32_t label)
+{
+    int low = 0, high = tiling->count;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (tiling->body[middle].label < label) low = middle + 1;
+        else high = middle;
+    }
+    return low < tiling->count && tiling->body[low].label == label ? low : -1;
+}
+
+/* Frees a body's model and its backup. */
+SPRINGLS__FN void springls__body_free(springls__tiling_body *body)
+{
+    if (body->ctx) springls__buffer_free(body->ctx, &body->backup);
+    springls_destroy(body->ctx);
+    memset(body, 0, sizeof *body);
+}
+
+SPRINGLS__FN void springls__bodies_free(springls_context *host, springls__buffer *bodies, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) springls__body_free((springls__tiling_body *)bodies->data + i);
+    springls__buffer_free(host, bodies);
+}
+
+/* Fails with what went wrong in the model of a label; its text follows the call's name. */
+SPRINGLS__FN springls_status springls__body_failed(springls_tiling *tiling, springls_status status, const char *call, int32_t label,
+                                                   const springls_context *ctx)
+{
+    return springls__fail(tiling->host, status, "%s: label %d: %.180s", call, (int)label,
+                          ctx ? ctx->error : springls_status_string(status));
+}
+
+/* Creates an empty model for a label. */
+SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, const char *call, int32_t label,
+                                                   springls__tiling_body *body)
+{
+    memset(body, 0, sizeof *body);
+    SPRINGLS__TRY(springls__create_alike(tiling->host, call, &body->ctx));
+    body->label = label;
+    body->sign = label == 0 ? -1.0f : 1.0f;
+    return SPRINGLS_OK;
+}
+
+/* Replaces the bodies by `count` others, ascending by label. */
+SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffer *bodies, int count)
+{
+    springls__bodies_free(tiling->host, &tiling->bodies, tiling->count);
+    tiling->bodies = *bodies;
+    tiling->body = (springls__tiling_body *)bodies->data;
+    tiling->count = count;
+    tiling->vanished_count = 0;
+    tiling->facing_known = false;
+}
+
+/* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
+SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
+{
+    const int i = springls_find_attribute(body->ctx, springls__facing_name);
+    return i < 0 || body->ctx->attributes[i].channels != 1 ? NULL : (float *)body->ctx->attributes[i].values.data;
+}
+
+/* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
+typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
+typedef struct springls__body_job { springls_tiling *tiling; springls__body_fn run; const void *arg; } springls__body_job;
+
+SPRINGLS__FN void springls__body_task(void *arg, int begin, int end)
+{
+    const springls__body_job *job = (const springls__body_job *)arg;
+    for (; begin < end; begin++)
+        job->tiling->body[begin].status = (job->run)(job->tiling, &job->tiling->body[begin], job->arg);
+}
+
+/* Runs a function for each body; fails with the failure of the lowest label. */
+SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+{
+    springls__body_job job;
+    int i;
+    job.tiling = tiling;
+    job.run = run;
+    job.arg = arg;
+    springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].status != SPRINGLS_OK)
+            return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- public calls ---- */
+
+/* Returns what a tiling cannot have of a description, or NULL. */
+SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
+{
+    if (desc->backend) return "a tiling has no backend yet: it has to be NULL";
+    if (desc->follow || desc->window[0] || desc->window[1] || desc->window[2])
+        return "the grid of a tiling does not move: follow and window have to be zero";
+    return NULL;
+}
+
+SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
+{
+    springls_desc plain;
+    springls_tiling *tiling;
+    springls_context *host;
+    if (out) *out = NULL;
+    if (!desc) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "out is NULL");
+    if (springls__tiling_fault(desc)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__tiling_fault(desc));
+    plain = *desc;
+    memset(&plain.progress, 0, sizeof plain.progress);
+    memset(&plain.trace, 0, sizeof plain.trace);
+    SPRINGLS__TRY(springls_create(&plain, &host));
+    tiling = (springls_tiling *)springls__allocate(host, sizeof *tiling);
+    if (!tiling) {
+        springls_destroy(host);
+        return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "out of memory");
+    }
+    memset(tiling, 0, sizeof *tiling);
+    tiling->host = host;
+    *out = tiling;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
+{
+    springls_context *host = tiling ? tiling->host : NULL;
+    if (!tiling) return;
+    springls__bodies_free(host, &tiling->bodies, tiling->count);
+    springls__buffer_free(host, &tiling->shift);
+    springls__buffer_free(host, &tiling->gap);
+    springls__buffer_free(host, &tiling->flag);
+    springls__buffer_free(host, &tiling->added);
+    springls__buffer_free(host, &tiling->vanished);
+    springls__release(host, tiling, sizeof *tiling);
+    springls_destroy(host);
+}
+
+SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
+{
+    return tiling ? springls_last_error(tiling->host) : "no tiling";
+}
+
+SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
+{
+    size_t bytes = tiling ? springls_memory_used(tiling->host) : 0;
+    int i;
+    for (i = 0; tiling && i < tiling->count; i++) bytes += springls_memory_used(tiling->body[i].ctx);
+    return bytes;
+}
+
+SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling)
+{
+    return tiling && tiling->count ? tiling->count - 1 : 0;
+}
+
+SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
+{
+    return number < 0 || number >= springls_tiling_count(tiling) ? SPRINGLS__NO_LABEL : tiling->body[number + 1].label;
+}
+
+SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
+{
+    const int i = tiling ? springls__body_number(tiling, label) : -1;
+    return i < 0 ? NULL : tiling->body[i].ctx;
+}
+
+#endif

@@ -1,0 +1,260 @@
+/* sheets.h - keeps the two sheets of a wall together. Each springl faces a label: the body whose opposed sheet lies in front of it. That is
+   an attribute, so that it comes along when springls split and fill; it changes where bodies meet or part. Sheets that have come
+   apart, or passed through each other, by more than a dead band go half way to each other.
+
+   Why a dead band: a sheet is known to a hundredth of a voxel, and the mean of two sheets is smoother than either. Drawn together in every
+   step they would be smoothed in every step; left alone they drift. */
+#ifndef SPRINGLS__TILING_SHEETS_H
+#define SPRINGLS__TILING_SHEETS_H
+
+#include "../../kernels_embed/stages/project.h"
+#include "../runtime/parallel.h"
+#include "../input/write.h"
+#include "../output/attributes.h"
+#include "bodies.h"
+
+#define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
+#define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
+#define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
+#define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
+
+/* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
+   within reach, or another sheet of the body is nearer: beyond a body that is thin, the far side of the next one is no wall. */
+SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
+{
+    const springls__model *model = &body->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__PROJECT_RADIUS);
+    springls__moments sum;
+    springls__projection found;
+    float nearest = FLT_MAX, nearest_cosine = 0.0f;
+    int i;
+    memset(&sum, 0, sizeof sum);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 m = springls__scale(springls__springl_normal(model->set.s[i]), body->sign);
+        const springls__v3 d = springls__sub(x, model->set.s[i].p);
+        const float d2 = springls__length2(d), cosine = springls__dot(m, n), weight = springls__project_weight(d2);
+        if (d2 < nearest) {
+            nearest = d2;
+            nearest_cosine = cosine;
+        }
+        if (cosine < SPRINGLS__WALL_OPPOSED) continue;
+        sum.offset = springls__mad(sum.offset, d, weight);
+        sum.normal = springls__mad(sum.normal, m, weight);
+        sum.height += weight * springls__dot(d, m);
+        sum.weight += weight;
+    }
+    if (sum.weight < 1e-3f || nearest_cosine < 0.0f) return false;
+    found = springls__moments_distance(sum);
+    *distance = found.distance;
+    return found.trust > 0.05f && springls__fabs(found.distance) <= SPRINGLS__WALL_REACH;
+}
+
+/* ---- what lies where ---- */
+
+/* Finds the box of a body's particles, and lists them in cells. */
+SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__constellation *set = &body->ctx->model.set;
+    int i;
+    (void)tiling, (void)arg;
+    body->box = springls__box_empty();
+    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
+    return springls__read_cell_list(body->ctx);
+}
+
+/* Finds where all bodies are, and numbers their springls through. Returns how many there are. */
+SPRINGLS__FN springls_status springls__look_at_bodies(springls_tiling *tiling, const char *call, int *springls)
+{
+    int i;
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__look_at_body, NULL));
+    for (i = *springls = 0; i < tiling->count; i++) {
+        tiling->body[i].first = *springls;
+        *springls += tiling->body[i].ctx->model.set.count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__in_reach(const springls__box *box, springls__v3 x, float reach)
+{
+    return x.x >= box->lower.x - reach && x.y >= box->lower.y - reach && x.z >= box->lower.z - reach && x.x <= box->upper.x + reach
+           && x.y <= box->upper.y + reach && x.z <= box->upper.z + reach;
+}
+
+SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__box *b, float reach)
+{
+    return a->lower.x <= b->upper.x + reach && a->lower.y <= b->upper.y + reach && a->lower.z <= b->upper.z + reach
+           && b->lower.x <= a->upper.x + reach && b->lower.y <= a->upper.y + reach && b->lower.z <= a->upper.z + reach;
+}
+
+/* ---- what a springl faces ---- */
+
+/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
+   is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
+SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
+{
+    const springls__model *model = &body->ctx->model;
+    const float error = 0.3f; /* voxel */
+    const int i = springls__nearest_springl(model, p, SPRINGLS__PROJECT_RADIUS);
+    springls__v3 moved;
+    if (i < 0) return false;
+    moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved)) < d + error;
+}
+
+/* Finds the nearest opposed sheet before place p of a body with normal n, among those of the bodies from `first` on, but for two of them.
+   Returns the body's number, -1: there is none within reach. */
+SPRINGLS__FN int springls__nearest_sheet(const springls_tiling *tiling, int first, int own, int faced, springls__v3 p, springls__v3 n,
+                                         float *distance)
+{
+    const springls__v3 back = springls__scale(n, -1.0f);
+    float d;
+    int i, found = -1;
+    for (i = first; i < tiling->count; i++) {
+        if (i == own || i == faced || !springls__in_reach(&tiling->body[i].box, p, 1.0f)) continue;
+        if (!springls__sheet_distance(&tiling->body[i], p, back, &d)) continue;
+        if (found >= 0 && springls__fabs(d) >= springls__fabs(*distance)) continue;
+        *distance = d;
+        found = i;
+    }
+    return found;
+}
+
+/* Returns the body that place p of a body with normal n faces by the level sets: a little before it the lowest phi of another one. */
+SPRINGLS__FN int springls__faced_by_phi(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n)
+{
+    const springls__v3 x = springls__mad(p, n, 0.6f);
+    float least = FLT_MAX;
+    int i, found = own == 0 ? -1 : 0;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        float phi;
+        if (i == own || !springls__in_reach(&tiling->body[i].box, x, 2.0f)) continue;
+        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
+        if (phi >= least) continue;
+        least = phi;
+        found = i;
+    }
+    return found;
+}
+
+/* Looks at the springls of one body: what they face, their gap to it, and how far they go. */
+typedef struct springls__sheets_job {
+    const springls_tiling *tiling;
+    int own;
+    float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
+    springls__v3 *shift;   /* NULL: they only look                                                                    */
+    bool known;            /* facing is that of before                                                                */
+} springls__sheets_job;
+
+/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. */
+SPRINGLS__FN float springls__way_to_middle(float gap)
+{
+    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK) return 0.0f;
+    return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
+}
+
+/* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
+   - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
+     lies in its place.
+   - From label 0 it turns to a body that it touches. */
+SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
+{
+    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
+                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    float d = 0.0f;
+    int other;
+    if (there && faced > 0) return faced;
+    other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
+    if (faced < 0 && other >= 0) *gap = d;
+    else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
+    else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
+    else other = faced;
+    if (!there && other == faced) *gap = FLT_MAX;
+    return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
+}
+
+SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
+{
+    const springls__sheets_job *job = (const springls__sheets_job *)arg;
+    const springls__tiling_body *body = &job->tiling->body[job->own];
+    for (; begin < end; begin++) {
+        const springls__springl *s = &body->ctx->model.set.s[begin];
+        const springls__v3 n = springls__scale(springls__springl_normal(*s), body->sign);
+        int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
+        float gap = FLT_MAX;
+        if (faced == job->own) faced = -1;
+        faced = springls__faced_by(job->tiling, job->own, s->p, n, faced, &gap);
+        job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
+        job->gap[begin] = gap;
+        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
+    }
+}
+
+/* Gives the springls of a body the attribute for what they face, where they have none. *known: they had it. */
+SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body, bool *known)
+{
+    const springls_attribute_desc desc
+        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    *known = springls__facing_values(body) != NULL;
+    return *known ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
+}
+
+/* Finds what the springls of all bodies face, and their gaps; with move also how far they go. */
+SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
+{
+    springls__sheets_job job;
+    int springls, i;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
+    job.tiling = tiling;
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        const springls_status status = springls__make_facing(body, &job.known);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        job.own = i;
+        job.known = job.known && tiling->facing_known;
+        job.facing = springls__facing_values(body);
+        job.gap = (float *)tiling->gap.data + body->first;
+        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
+        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
+    }
+    tiling->facing_known = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- half way ---- */
+
+/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
+SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;
+    const springls__constellation *set = &body->ctx->model.set;
+    springls__buffer moved;
+    springls_status status;
+    springls__v3 *q;
+    int first = 0, end = set->count, i, m;
+    (void)arg;
+    while (first < end && springls__length2(shift[first]) == 0.0f) first++;
+    while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
+    if (first == end) return SPRINGLS_OK;
+    memset(&moved, 0, sizeof moved);
+    SPRINGLS__TRY(springls__buffer_grow(body->ctx, &moved, (size_t)(end - first), 4 * sizeof *q, 0));
+    q = (springls__v3 *)moved.data;
+    for (i = first; i < end; i++)
+        for (m = 0; m < 3; m++) *q++ = springls__add(set->s[i].q[m], shift[i]);
+    for (i = first; i < end; i++) *q++ = springls__add(set->s[i].p, shift[i]);
+    q = (springls__v3 *)moved.data;
+    status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
+    springls__buffer_free(body->ctx, &moved);
+    return status;
+}
+
+/* Finds what all springls face, and draws the two sheets of each wall together. */
+SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call)
+{
+    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, true));
+    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
+}
+
+#endif
