@@ -1062,7 +1062,7 @@ SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tilin
 SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling);
 
 /* Replaces all bodies by those of a dense label map. smooth: how often each label's voxels are smoothed by (1 2 1) / 4 along each axis,
-   0 to 32, so that walls are no stairs; the voxels keep their labels, where none is thinner than two voxels. INVALID_ARGUMENT: also a
+   0 to 32, so that walls are no stairs; every voxel keeps its label. INVALID_ARGUMENT: also a
    label below 0 or above 65,535, or one that touches the border of the grid. EMPTY_MODEL: all labels are 0, or one has too few voxels to
    have a surface. After a failure the tiling is as before. */
 SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth);

@@ -502,6 +502,32 @@
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
 
 
+   MANY BODIES
+
+   springls_tiling holds bodies that fill a space without gap or overlap, such as cells, organs of an atlas or bubbles. Each has a label,
+   and label 0 is what is around them. Set them by a label map (springls_tiling_set_labels), or one by one
+   (springls_tiling_add_implicit).
+
+     each body      is an ordinary model, springls_tiling_body(tiling, label): springls, correspondences, attributes, meshes. Label 0's
+                    is that of all bodies together, whose outside is label 0
+     a place        has the label of the body whose signed distance is lowest there, so exactly one: springls_tiling_sample_labels
+     a wall         is two sheets of springls, one of each body. Every springl faces a label, which callbacks get beside its own
+
+   springls_tiling_step moves each body by itself, and then sees to the walls:
+
+     mirror         on every 8th step: where one side of a wall has a springl and the other none, the other gets that springl, turned
+                    round and with its correspondence
+     half way       sheets that are more than 0.15 voxel apart, or have passed each other by that, meet half way
+     contact        bodies that grow into each other face each other from then on
+     failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
+
+   Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure
+   p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
+   springls as one, so a tiling takes about as long as two models of that area. Bodies are worked on side by side with tasks.
+
+   Not there yet: backends, windows, snapshots and combinations of whole tilings, meshes with two labels a triangle, and films that break.
+
+
    A WORLD WITHOUT WALLS
 
    With springls_desc.follow the grid is a window that moves with its model, as the floating origin of a game does. When the

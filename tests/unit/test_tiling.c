@@ -1,0 +1,514 @@
+/* test_tiling.c - many bodies in one space: label maps and shapes as input, labels of places, walls that stay closed in a flow, bodies that
+   meet and vanish, the same bits for any threads, refusals, and memory that runs out at any place. */
+#include "fixtures.h"
+
+enum { SIZE = 28, VOXELS = SIZE * SIZE * SIZE, BALL = 24, BALL_VOXELS = BALL * BALL * BALL };
+
+/* ---- what is set ---- */
+
+/* Part of a ball on one side of a plane through its center; side 0: all of it. */
+typedef struct part { float center[3], radius, normal[3]; int side; } part;
+
+static void part_of_ball(void *user, const float *points, int count, float *out)
+{
+    const part *p = (const part *)user;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        double r2 = 0.0, h = 0.0, v;
+        for (k = 0; k < 3; k++) {
+            const double d = (double)points[3 * i + k] - (double)p->center[k];
+            r2 += d * d;
+            h += d * (double)p->normal[k];
+        }
+        v = sqrt(r2) - (double)p->radius;
+        h *= (double)p->side;
+        out[i] = (float)(p->side && h > v ? h : v);
+    }
+}
+
+static part part_at(float x, float y, float z, float radius, int side)
+{
+    part p;
+    p.center[0] = x;
+    p.center[1] = y;
+    p.center[2] = z;
+    p.radius = radius;
+    p.normal[0] = 0.8f;
+    p.normal[1] = 0.36f;
+    p.normal[2] = 0.48f;
+    p.side = side;
+    return p;
+}
+
+static springls_tiling *tiling_of_size(int size, fixture_heap *heap)
+{
+    springls_desc desc = fixture_desc(size, NULL);
+    springls_tiling *tiling = NULL;
+    desc.backend = NULL;
+    if (heap) desc.allocator = fixture_allocator(heap);
+    return springls_tiling_create(&desc, &tiling) == SPRINGLS_OK ? tiling : NULL;
+}
+
+/* Three bodies that touch, of labels 3, 70 and 65535, in a ball. */
+static void three_labels(int32_t *labels, int size, float radius)
+{
+    static const int32_t name[3] = { 3, 70, 65535 };
+    const d3 middle = d3_make(size / 2.0 - 0.4, size / 2.0 - 0.3, size / 2.0 - 0.6);
+    int i, k;
+    for (i = 0; i < size * size * size; i++) {
+        const d3 x = d3_make(i % size, i / size % size, i / (size * size)), way = d3_sub(x, middle);
+        int best = 0;
+        const double height[3] = { d3_dot(way, d3_make(1.0, 0.2, 0.1)), d3_dot(way, d3_make(-0.5, 0.9, 0.1)),
+                                   d3_dot(way, d3_make(-0.5, -0.8, 0.3)) };
+        for (k = 1; k < 3; k++) if (height[k] > height[best]) best = k;
+        labels[i] = d3_length(way) < (double)radius ? name[best] : 0;
+    }
+}
+
+/* Every voxel keeps its label, smooth or not, wherever it is asked for. */
+TEST voxels_keep_their_labels(int smooth)
+{
+    static int32_t labels[VOXELS], found[VOXELS], sampled[VOXELS];
+    static float points[3 * VOXELS];
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_measures measures[3];
+    int i, lost = 0, other = 0, voxels = 0;
+    three_labels(labels, SIZE, 9.3f);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, smooth));
+    ASSERT_EQ(3, springls_tiling_count(tiling));
+    ASSERT_EQ(3, springls_tiling_label(tiling, 0));
+    ASSERT_EQ(65535, springls_tiling_label(tiling, 2));
+    ASSERT_EQ(-1, springls_tiling_label(tiling, 3));
+    ASSERT(springls_tiling_body(tiling, 70) && springls_tiling_body(tiling, 0) && !springls_tiling_body(tiling, 4));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, found));
+    for (i = 0; i < VOXELS; i++) {
+        points[3 * i] = (float)(i % SIZE);
+        points[3 * i + 1] = (float)(i / SIZE % SIZE);
+        points[3 * i + 2] = (float)(i / (SIZE * SIZE));
+    }
+    ASSERT_OK(springls_tiling_sample_labels(tiling, points, VOXELS, sampled));
+    for (i = 0; i < VOXELS; i++) {
+        lost += found[i] != labels[i];
+        other += found[i] != sampled[i];
+        voxels += labels[i] == 70;
+    }
+    ASSERT_EQ(0, lost);
+    ASSERT_EQ(0, other);
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    ASSERT_EQ(70, measures[1].label);
+    ASSERT_EQ(voxels, (int)measures[1].voxels);
+    ASSERT_EQ(springls_count(springls_tiling_body(tiling, 70)), measures[1].springls);
+    ASSERT_IN_RANGE((double)voxels, measures[1].volume, (smooth ? 0.1 : 0.03) * (double)voxels);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Labels of one voxel, alone and in another body, are bodies too, and voxels of random labels keep them. */
+TEST little_labels_are_kept(int smooth)
+{
+    static int32_t labels[VOXELS], found[VOXELS];
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    int i, lost = 0;
+    three_labels(labels, SIZE, 6.0f);
+    labels[14 + SIZE * (14 + SIZE * 10)] = 77;
+    labels[4 + SIZE * (4 + SIZE * 4)] = 78;
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, smooth));
+    ASSERT_EQ(5, springls_tiling_count(tiling));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, found));
+    ASSERT_MEM_EQ(labels, found, sizeof labels);
+    fixture_seed(5u);
+    for (i = 0; i < VOXELS; i++) {
+        const int x = i % SIZE, y = i / SIZE % SIZE, z = i / (SIZE * SIZE);
+        const bool inner = x > 8 && x < 18 && y > 8 && y < 18 && z > 8 && z < 18;
+        labels[i] = inner ? (int32_t)(fixture_bits() % 4u) : 0;
+    }
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, smooth));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, found));
+    for (i = 0; i < VOXELS; i++) lost += labels[i] != found[i];
+    if (GREATEST_IS_VERBOSE()) printf("  lost %d\n", lost);
+    ASSERT_EQ(0, lost);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- motion ---- */
+
+/* A swirl about the grid's middle that is faster inside, back and forth: all labels share it. */
+static void swirl(void *user, const springls_tiling_batch *batch, float *out)
+{
+    const float turn = batch->batch.time < 1.0f ? 0.3f : -0.3f;
+    int i;
+    (void)user;
+    for (i = 0; i < batch->batch.count; i++) {
+        const float *p = batch->batch.points + 3 * i;
+        const float x = p[0] - 13.0f, y = p[1] - 13.0f, z = p[2] - 13.0f, w = turn * (9.0f - 0.1f * (x * x + y * y + z * z)) * 0.2f;
+        out[3 * i] = -w * y + 0.3f * w * z;
+        out[3 * i + 1] = w * x;
+        out[3 * i + 2] = -0.3f * w * x;
+    }
+}
+
+static springls_status set_two_halves(springls_tiling *tiling, float radius)
+{
+    part first = part_at(12.4f, 13.7f, 13.1f, radius, 1), second = part_at(12.4f, 13.7f, 13.1f, radius, -1);
+    springls_status status = springls_tiling_add_implicit(tiling, 9, part_of_ball, &second);
+    return status == SPRINGLS_OK ? springls_tiling_add_implicit(tiling, 4, part_of_ball, &first) : status;
+}
+
+/* How far the wall is from its plane: half the difference of the distances of both bodies, and their sum, the gap. */
+static void wall_error(springls_tiling *tiling, float radius, double *error, double *gap)
+{
+    const part p = part_at(12.4f, 13.7f, 13.1f, radius, 0);
+    const d3 n = d3_make((double)p.normal[0], (double)p.normal[1], (double)p.normal[2]), u = d3_make(-0.36, 0.8, 0.0);
+    const d3 across = d3_scale(u, 1.0 / d3_length(u)), up = d3_cross(n, across);
+    float point[3], a, b;
+    int i, k, count = 0;
+    *error = *gap = 0.0;
+    for (i = -6; i <= 6; i++) {
+        for (k = -6; k <= 6; k++) {
+            d3 x = d3_make(12.4, 13.7, 13.1);
+            if (i * i + k * k > 36) continue;
+            x = d3_mad(d3_mad(x, across, (double)i * (double)radius / 7.0), up, (double)k * (double)radius / 7.0);
+            point[0] = (float)x.x, point[1] = (float)x.y, point[2] = (float)x.z;
+            springls_sample_distance(springls_tiling_body(tiling, 4), point, 1, &a);
+            springls_sample_distance(springls_tiling_body(tiling, 9), point, 1, &b);
+            *error += fabs((double)a - (double)b) / 2.0;
+            *gap += fabs((double)a + (double)b);
+            count++;
+        }
+    }
+    *error /= count;
+    *gap /= count;
+}
+
+/* Two halves of a ball in a flow that comes back: their wall comes back too, closed, and volumes stay. The bits are the same however
+   the work is divided. */
+TEST walls_stay_closed(void)
+{
+    uint64_t hash = 0;
+    int run;
+    for (run = 0; run < 3; run++) {
+        fixture_workers workers;
+        springls_threads *threads = run == 2 ? springls_threads_create(3) : NULL;
+        springls_desc desc = fixture_desc(BALL + 4, NULL);
+        springls_tiling *tiling;
+        springls_tiling_step_desc step = springls_default_tiling_step_desc();
+        springls_tiling_measures before[2], after[2];
+        springls_tiling_report report;
+        double error, gap;
+        int i, faced = 0;
+        desc.backend = NULL;
+        if (run) desc.tasks = run == 1 ? fixture_tasks(&workers, 3, 0) : springls_threads_tasks(threads);
+        ASSERT_OK(springls_tiling_create(&desc, &tiling));
+        ASSERT_OK(set_two_halves(tiling, 7.0f));
+        ASSERT_OK(springls_tiling_measure(tiling, before));
+        step.velocity = swirl;
+        step.dt = 0.0625f;
+        for (i = 0; i < 32; i++) {
+            ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+            ASSERT_EQ(0, report.vanished_count);
+            faced += report.faced;
+        }
+        ASSERT_GT(faced, 1000);
+        ASSERT_IN_RANGE(2.0, springls_time(springls_tiling_body(tiling, 4)), 1e-5);
+        ASSERT_OK(springls_tiling_measure(tiling, after));
+        for (i = 0; i < 2; i++) ASSERT_IN_RANGE(before[i].volume, after[i].volume, 0.005 * before[i].volume);
+        wall_error(tiling, 7.0f, &error, &gap);
+        if (GREATEST_IS_VERBOSE()) printf("  wall %.4f, gap %.4f\n", error, gap);
+        ASSERT_LT(error, 0.02);
+        ASSERT_LT(gap, 0.06);
+        if (run) ASSERT(hash == springls_tiling_state_hash(tiling));
+        hash = springls_tiling_state_hash(tiling);
+        springls_tiling_destroy(tiling);
+        springls_threads_destroy(threads);
+    }
+    PASS();
+}
+
+/* Pushes outwards what faces label 0. */
+static void grow(void *user, const springls_tiling_batch *batch, float *out)
+{
+    const float *speed = (const float *)user;
+    int i;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 0 ? -speed[0] : batch->facing[i] == 0 ? speed[0] : 0.0f;
+}
+
+/* Two balls that grow meet in the middle and face each other there; no voxel is between them, and none is in both. */
+TEST bodies_meet(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 3.5f, 0), second = part_at(18.9f, 13.6f, 13.3f, 3.5f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    static int32_t labels[VOXELS], facing[20000];
+    float speed = 0.2f;
+    int i, wrong = 0, met = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+    for (i = 0; i < springls_count(springls_tiling_body(tiling, 1)); i++) ASSERT_EQ(0, facing[i]);
+    step.pressure = grow;
+    step.user = &speed;
+    step.dt = 1.0f;
+    for (i = 0; i < 15; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    for (i = 0; i < VOXELS; i++) {
+        const d3 x = d3_make(i % SIZE, i / SIZE % SIZE, i / (SIZE * SIZE));
+        const double a = d3_distance(x, d3_make(8.2, 13.6, 13.3)) - 6.5, b = d3_distance(x, d3_make(18.9, 13.6, 13.3)) - 6.5;
+        const double sure = 0.35;
+        if (a < -sure && a < b - sure) wrong += labels[i] != 1;
+        else if (b < -sure && b < a - sure) wrong += labels[i] != 2;
+        else if (a > sure && b > sure) wrong += labels[i] != 0;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  wrong voxels %d\n", wrong);
+    ASSERT_LT(wrong, 6);
+    ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+    for (i = 0; i < springls_count(springls_tiling_body(tiling, 1)); i++) met += facing[i] == 2;
+    if (GREATEST_IS_VERBOSE()) printf("  met %d\n", met);
+    ASSERT_GT(met, 30);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Shrinks label 2, and lets label 1 be. */
+static void shrink_second(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 2 ? -0.5f : batch->label == 0 && batch->facing[i] == 2 ? 0.5f : 0.0f;
+}
+
+/* A body that vanishes is reported once, and the other stays. */
+TEST bodies_vanish(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 4.5f, 0), second = part_at(19.0f, 13.6f, 13.3f, 3.0f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_tiling_measures measures[2];
+    double before;
+    int i, vanished = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    before = measures[0].volume;
+    step.pressure = shrink_second;
+    step.dt = 1.0f;
+    for (i = 0; i < 12; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        if (report.vanished_count) ASSERT_EQ(2, report.vanished[0]);
+        vanished += report.vanished_count;
+    }
+    ASSERT_EQ(1, vanished);
+    ASSERT_EQ(1, springls_tiling_count(tiling));
+    ASSERT(!springls_tiling_body(tiling, 2));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    ASSERT_IN_RANGE(before, measures[0].volume, 0.01 * before);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- refusals ---- */
+
+static bool error_has(const springls_tiling *tiling, const char *text) { return strstr(springls_tiling_last_error(tiling), text) != NULL; }
+
+TEST wrong_inputs_are_refused(void)
+{
+    static int32_t labels[VOXELS];
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part ball = part_at(13.0f, 13.0f, 13.0f, 5.0f, 0), beside = part_at(19.0f, 13.0f, 13.0f, 3.0f, 0);
+    uint64_t before;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(NULL, labels, 0));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, NULL, 0));
+    three_labels(labels, SIZE, 6.0f);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, labels, 33));
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 0));
+    before = springls_tiling_state_hash(tiling);
+    labels[5] = 2;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, labels, 0));
+    ASSERT(error_has(tiling, "label 2 touches the border"));
+    labels[5] = 65536;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, labels, 0));
+    ASSERT(error_has(tiling, "(5, 0, 0) has label 65536"));
+    labels[5] = -1;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, labels, 0));
+    memset(labels, 0, sizeof labels);
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_set_labels(tiling, labels, 0));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 5, NULL, &ball));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 0, part_of_ball, &ball));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 65536, part_of_ball, &ball));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 70, part_of_ball, &ball));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 5, part_of_ball, &ball));
+    ASSERT(error_has(tiling, "would be where label"));
+    ball.center[0] = 1.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_implicit(tiling, 5, part_of_ball, &ball));
+    ASSERT(error_has(tiling, "border"));
+    ball.center[0] = 100.0f;
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_add_implicit(tiling, 5, part_of_ball, &ball));
+    ASSERT(error_has(tiling, "label 5"));
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    beside.center[0] = 23.4f;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 5, part_of_ball, &beside));
+    ASSERT_EQ(4, springls_tiling_count(tiling));
+    ASSERT_EQ(5, springls_tiling_label(tiling, 1));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+static void not_a_number(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < 3 * batch->batch.count; i++) out[i] = batch->label == 70 ? NAN : 0.3f;
+}
+
+TEST wrong_calls_are_refused(void)
+{
+    static int32_t labels[VOXELS];
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_tiling *tiling;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_measures measures[3];
+    float point[3] = { 3.0f, 3.0f, 3.0f };
+    uint64_t before;
+    desc.backend = NULL;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_create(NULL, &tiling));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_create(&desc, NULL));
+    desc.window[1] = 8;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_create(&desc, &tiling));
+    ASSERT(!tiling);
+    springls_tiling_destroy(NULL);
+    ASSERT_STR_EQ("no tiling", springls_tiling_last_error(NULL));
+    ASSERT_EQ(0, springls_tiling_count(NULL));
+    ASSERT_EQ(-1, springls_tiling_label(NULL, 0));
+    ASSERT(!springls_tiling_body(NULL, 0) && !springls_tiling_memory_used(NULL) && !springls_tiling_state_hash(NULL));
+    tiling = tiling_of_size(SIZE, NULL);
+    ASSERT(!springls_tiling_body(tiling, 0));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_step(tiling, &step, NULL));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_copy_labels(tiling, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_sample_labels(tiling, point, 1, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_measure(tiling, measures));
+    three_labels(labels, SIZE, 6.0f);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 1));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_facing(tiling, 8, labels));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_facing(tiling, 3, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_measure(tiling, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_copy_labels(tiling, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_sample_labels(tiling, point, -1, labels));
+    point[1] = NAN;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_tiling_sample_labels(tiling, point, 1, labels));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(NULL, &step, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, NULL, NULL));
+    step.dt = -1.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    step.dt = 1.0f;
+    step.wall_period = -1;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    step.wall_period = 1;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    before = springls_tiling_state_hash(tiling);
+    step.velocity = not_a_number;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "label 70"));
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- memory that runs out ---- */
+
+enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
+       CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALLS };
+
+static springls_status call_of(springls_tiling *tiling, int call)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_measures measures[8];
+    float point[3] = { 12.0f, 12.0f, 12.0f };
+    part ball = part_at(18.9f, 18.7f, 18.8f, 2.5f, 0);
+    step.velocity = swirl;
+    step.dt = 1.0f;
+    step.wall_period = 1;
+    switch (call) {
+    case CALL_tiling_set_labels: three_labels(labels, BALL, 3.6f); return springls_tiling_set_labels(tiling, labels, 1);
+    case CALL_tiling_add_implicit: return springls_tiling_add_implicit(tiling, 12, part_of_ball, &ball);
+    case CALL_tiling_facing: return springls_tiling_facing(tiling, 3, labels);
+    case CALL_tiling_step: return springls_tiling_step(tiling, &step, NULL);
+    case CALL_tiling_sample_labels: return springls_tiling_sample_labels(tiling, point, 1, labels);
+    case CALL_tiling_copy_labels: return springls_tiling_copy_labels(tiling, labels);
+    case CALL_tiling_measure: return springls_tiling_measure(tiling, measures);
+    default: return SPRINGLS_OK;
+    }
+}
+
+/* Makes a tiling that has moved, and lets allocation number k of a call fail. *failed: it did. */
+static greatest_test_res starve(int call, int k, bool *failed)
+{
+    fixture_heap heap;
+    springls_desc desc = fixture_desc(BALL, NULL);
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_status status;
+    uint64_t before;
+    int i;
+    desc.backend = NULL;
+    desc.allocator = fixture_allocator(&heap);
+    if (call == CALL_tiling_create) heap.fail_at = k;
+    status = springls_tiling_create(&desc, &tiling);
+    step.velocity = swirl;
+    step.dt = 0.5f;
+    if (call != CALL_tiling_create) {
+        ASSERT_OK(call_of(tiling, CALL_tiling_set_labels));
+        for (i = 0; i < 7 && call == CALL_tiling_step; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+        before = springls_tiling_state_hash(tiling);
+        heap.fail_at = heap.calls + k;
+        status = call_of(tiling, call);
+        if (status != SPRINGLS_OK) {
+            ASSERT_GT(strlen(springls_tiling_last_error(tiling)), 0u);
+            ASSERT(before == springls_tiling_state_hash(tiling));
+        }
+    }
+    *failed = heap.calls > heap.fail_at;
+    ASSERT(status == SPRINGLS_OK || (*failed && status == SPRINGLS_OUT_OF_MEMORY));
+    heap.fail_at = -1;
+    if (tiling) ASSERT_EQ(heap.bytes, springls_tiling_memory_used(tiling));
+    if (status != SPRINGLS_OK && tiling) ASSERT_OK(call_of(tiling, call));
+    springls_tiling_destroy(tiling);
+    ASSERT_EQ(0, heap.blocks);
+    ASSERT_EQ(0, heap.wrong_sizes);
+    PASS();
+}
+
+TEST every_allocation_may_fail(int call)
+{
+    bool failed = true;
+    int k, total = 0;
+    for (k = 0; failed; k += k < 4 ? 1 : call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 17) {
+        CHECK_CALL(starve(call, k, &failed));
+        total += failed;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %d\n", total);
+    ASSERT(total > 0 || call == CALL_tiling_sample_labels);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    int call;
+    GREATEST_MAIN_BEGIN();
+    RUN_TESTp(voxels_keep_their_labels, 0);
+    RUN_TESTp(voxels_keep_their_labels, 3);
+    RUN_TESTp(little_labels_are_kept, 0);
+    RUN_TESTp(little_labels_are_kept, 4);
+    RUN_TEST(walls_stay_closed);
+    RUN_TEST(bodies_meet);
+    RUN_TEST(bodies_vanish);
+    RUN_TEST(wrong_inputs_are_refused);
+    RUN_TEST(wrong_calls_are_refused);
+    for (call = 0; call < CALLS; call++) RUN_TESTp(every_allocation_may_fail, call);
+    GREATEST_MAIN_END();
+}
