@@ -33,7 +33,21 @@ typedef struct springls__side_rule {
     const springls__surface *surface; /* of its springls                                                           */
     float sign;
     bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
+    springls__box box;               /* of the grid's active bricks, with a voxel around: beyond it phi is constant */
 } springls__side_rule;
+
+/* Returns a box of the active bricks of a grid, voxels, with room for the voxels that a sample beside them takes. */
+SPRINGLS__FN springls__box springls__box_of_bricks(const springls__grid *g)
+{
+    springls__box box = springls__box_empty();
+    int i, o[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        box = springls__box_add(box, springls__v3_make((float)o[0] - 1.0f, (float)o[1] - 1.0f, (float)o[2] - 1.0f));
+        box = springls__box_add(box, springls__v3_make((float)o[0] + 8.0f, (float)o[1] + 8.0f, (float)o[2] + 8.0f));
+    }
+    return box;
+}
 
 /* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
 SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
@@ -46,6 +60,7 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
     rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
+    rule.box = springls__box_of_bricks(grid);
     return rule;
 }
 
@@ -130,9 +145,20 @@ SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const
     return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
 }
 
+/* Samples phi of the other operand. Beyond its bricks, where most springls are when that is a tool, it is the same to the bit without
+   interpolating. */
+SPRINGLS__FN float springls__sample_other(const springls__side_rule *rule, springls__v3 p)
+{
+    const springls__grid *g = rule->grid;
+    const springls__v3 lower = rule->box.lower, upper = rule->box.upper;
+    if (p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z)
+        return springls__grid_sample(g, g->phi, p);
+    return g->phi[(size_t)springls__slot_of_place(g, p) * SPRINGLS__BRICK_VOXELS];
+}
+
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    float phi = springls__grid_sample(rule->grid, rule->grid->phi, s->p);
+    float phi = springls__sample_other(rule, s->p);
     int facing = springls__facing_surface(rule, s, phi);
     if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
     if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
@@ -143,7 +169,7 @@ SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const sprin
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
-    float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
+    float phi_p = rule->sign * springls__sample_other(rule, s.p);
     int m;
     if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
@@ -195,6 +221,12 @@ SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, con
     return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
 }
 
+/* Returns whether an operation leaves phi as it is where the other operand has a slot: no value is beyond those of constant bricks. */
+SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other_slot)
+{
+    return other_slot == (operation == SPRINGLS_OPERATION_INTERSECTION ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE);
+}
+
 /* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
 SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
 {
@@ -205,6 +237,10 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
     float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     int o[3], at[3], v;
     springls__slot_origin(g, slot, o);
+    if (springls__leaves_brick(operation, springls__slot_of_brick(other, g->slot_brick[slot]))) {
+        memcpy(out, phi, SPRINGLS__BRICK_VOXELS * sizeof *out);
+        return;
+    }
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
         springls__voxel_of_brick(o, v, at);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
@@ -334,20 +370,115 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
-/* Adds the triangles of the other model's original surface to this model's; unchanged on failure. turn: turns them. */
+/* Where correspondences are: a bit for each cell of a box around a surface. */
+typedef struct springls__cell_marks {
+    springls__v3 lower;
+    float scale; /* cells a voxel */
+    int size[3];
+    uint32_t *bits;
+    springls__buffer memory;
+} springls__cell_marks;
+
+/* Finds the cells from place `lower` to place `upper`: those at the border stand for what lies beyond. */
+SPRINGLS__FN void springls__cells_between(const springls__cell_marks *marks, springls__v3 lower, springls__v3 upper, int first[3],
+                                          int last[3])
+{
+    const springls__v3 from = springls__scale(springls__sub(lower, marks->lower), marks->scale);
+    const springls__v3 to = springls__scale(springls__sub(upper, marks->lower), marks->scale);
+    first[0] = springls__cell_coordinate(from.x, 0, marks->size[0]);
+    first[1] = springls__cell_coordinate(from.y, 0, marks->size[1]);
+    first[2] = springls__cell_coordinate(from.z, 0, marks->size[2]);
+    last[0] = springls__cell_coordinate(to.x, 0, marks->size[0]);
+    last[1] = springls__cell_coordinate(to.y, 0, marks->size[1]);
+    last[2] = springls__cell_coordinate(to.z, 0, marks->size[2]);
+}
+
+/* Marks the cells of a box, or (mark false) finds whether one of them is marked. */
+SPRINGLS__FN bool springls__visit_cells(const springls__cell_marks *marks, springls__v3 lower, springls__v3 upper, bool mark)
+{
+    int first[3], last[3], x, y, z;
+    springls__cells_between(marks, lower, upper, first, last);
+    for (z = first[2]; z <= last[2]; z++)
+        for (y = first[1]; y <= last[1]; y++)
+            for (x = first[0]; x <= last[0]; x++) {
+                const size_t cell = (size_t)x + (size_t)marks->size[0] * ((size_t)y + (size_t)marks->size[1] * (size_t)z);
+                const uint32_t bit = 1u << (cell & 31u);
+                if (mark) marks->bits[cell >> 5] |= bit;
+                else if (marks->bits[cell >> 5] & bit) return true;
+            }
+    return false;
+}
+
+/* Makes cells of a voxel, or of more where those would be too many, around the original surface, and marks those that a
+   correspondence is near. */
+SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
+{
+    const float margin = 1.0f;             /* voxel: a new springl's correspondence lies between those around it */
+    const double most = (double)(1 << 24); /* cells */
+    const springls__bvh_node *bounds = &ctx->original.nodes[0];
+    double cells = most + 1.0;
+    int axis, i;
+    memset(marks, 0, sizeof *marks);
+    marks->lower = springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]);
+    for (marks->scale = 1.0f; cells > most; marks->scale *= 0.5f)
+        for (axis = 0, cells = 1.0; axis < 3; axis++) {
+            marks->size[axis] = 1 + (int)springls__min((bounds->upper[axis] - bounds->lower[axis]) * marks->scale, (float)most);
+            cells *= (double)marks->size[axis];
+        }
+    marks->scale *= 2.0f; /* as that which fits */
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &marks->memory, (size_t)cells / 32 + 1, sizeof(uint32_t), 0));
+    marks->bits = (uint32_t *)marks->memory.data;
+    memset(marks->bits, 0, ((size_t)cells / 32 + 1) * sizeof(uint32_t));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 a = ctx->model.set.a[i];
+        springls__visit_cells(marks, springls__v3_make(a.x - margin, a.y - margin, a.z - margin),
+                              springls__v3_make(a.x + margin, a.y + margin, a.z + margin), true);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Drops the triangles of the original surface that no springl comes from or near from: what tools have brought, and later ones have cut
+   off. The others keep their numbers in the caller's meshes, and wait for the hierarchy to be built. */
+SPRINGLS__FN springls_status springls__drop_unused_originals(springls_context *ctx)
+{
+    springls__surface *own = &ctx->original;
+    int *source = (int *)own->source_memory.data;
+    springls__cell_marks marks;
+    int i, k, n = 0;
+    if (own->count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mark_correspondences(ctx, &marks));
+    for (i = 0; i < own->count; i++) {
+        springls__box box = springls__box_empty();
+        for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
+        if (!springls__visit_cells(&marks, box.lower, box.upper, false)) continue;
+        for (k = 0; k < 3; k++) own->points[3 * n + k] = own->points[3 * i + k];
+        source[n++] = source[i];
+    }
+    own->count = n;
+    own->joins = SPRINGLS__BVH_JOINS;
+    springls__buffer_free(ctx, &marks.memory);
+    return SPRINGLS_OK;
+}
+
+/* Triangles that come before those without use are dropped: so the time that this takes is shared by many combinations. */
+enum { SPRINGLS__ORIGINALS_KEPT = 16384 };
+
+/* Adds the triangles of the other model's original surface to this model's. turn: turns them. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
 {
     springls__surface *own = &ctx->original;
-    const size_t count = (size_t)own->count, both = count + (size_t)other->count;
-    const size_t room = both ? both : 1; /* as springls__surface_reserve makes */
+    const size_t count = (size_t)own->count;
     int i;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    SPRINGLS__TRY(springls__surface_room(ctx, own, room, count));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, room, sizeof(int), own->source ? count * sizeof(int) : 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, count + (size_t)other->count + 1, sizeof(int),
+                                        own->source ? count * sizeof(int) : 0));
     if (!own->source)
         for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
     own->source = (int *)own->source_memory.data;
+    if (own->given / SPRINGLS__ORIGINALS_KEPT < (own->given + other->given) / SPRINGLS__ORIGINALS_KEPT)
+        SPRINGLS__TRY(springls__drop_unused_originals(ctx));
+    SPRINGLS__TRY(springls__surface_room(ctx, own, (size_t)own->count + (size_t)other->count + 1, (size_t)own->count));
     springls__copy_triangles(own, own->count, other, own->given, turn);
     return springls__surface_join(ctx, own, other);
 }

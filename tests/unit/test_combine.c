@@ -294,6 +294,41 @@ TEST originals_of_second_operands(void)
     PASS();
 }
 
+/* Of what tools have brought, the original surface keeps what springls come from: it does not grow with each edit for good. Each
+   springl's place stays on it, with the number that it had. */
+TEST originals_that_nothing_comes_from_go(void)
+{
+    springls_context *a = ball_at(19.5f, 9.0f);
+    springls_material *places;
+    int i, most = 0;
+    for (i = 0; i < 44; i++) {
+        const float angle = 1.5707963f * (float)(i / 2 % 4);
+        springls_sphere tool = fixture_ball(19.5f + 9.0f * cosf(angle), 19.7f + 9.0f * sinf(angle), 19.4f,
+                                            (i % 2 ? 4.5f : 4.0f) + 0.9f * (float)(i / 8)); /* deeper each time around */
+        ASSERT_OK(springls_combine_implicit(a, i % 2 ? SPRINGLS_OPERATION_DIFFERENCE : SPRINGLS_OPERATION_UNION,
+                                            springls_implicit_sphere, &tool));
+        most = most < a->original.count ? a->original.count : most;
+    }
+    ASSERT_GT(springls_material_triangle_count(a), 2 * 16384);
+    ASSERT_LT(5 * most, 3 * springls_material_triangle_count(a));
+    ASSERT_LT(a->original.count, springls_material_triangle_count(a) / 2);
+    places = (springls_material *)malloc((size_t)springls_count(a) * sizeof *places);
+    ASSERT_OK(springls_springl_materials(a, places));
+    for (i = 0; i < springls_count(a); i++) {
+        const springls_material *at = &places[i];
+        d3 place = d3_make(0.0, 0.0, 0.0);
+        int t, k;
+        for (t = 0; a->original.source[t] / 2 != at->triangle; t++) continue;
+        for (k = 0; k < 3; k++) /* a turned triangle has its last two corners exchanged */
+            place = d3_mad(place, d3_of(a->original.points[3 * t + (a->original.source[t] % 2 && k ? 3 - k : k)]),
+                           (double)at->barycentric[k]);
+        ASSERT_LT(d3_distance(place, d3_of(a->model.set.a[i])), 0.05);
+    }
+    free(places);
+    springls_destroy(a);
+    PASS();
+}
+
 /* Every springl has the colour of the body it was on, and its material triangle is one of that body's. */
 TEST springls_have_the_attributes_of_their_body(void)
 {
@@ -758,6 +793,7 @@ int main(int argc, char **argv)
     RUN_TEST(springls_have_the_attributes_of_their_body);
     RUN_TEST(places_on_many_originals_survive_a_restore);
     RUN_TEST(originals_of_second_operands);
+    RUN_TEST(originals_that_nothing_comes_from_go);
     RUN_TEST(edits_complete_what_they_change);
     RUN_TEST(the_result_can_move_on);
     RUN_TEST(offsets_have_the_exact_volume);
