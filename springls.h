@@ -3861,6 +3861,10 @@ typedef enum springls__array {
     SPRINGLS__ARRAY_COUNT
 } springls__array;
 
+/* Where the arrays of a model are in a device's memory: multiples of SPRINGLS__PLACE_BYTES, which suits every type. */
+#define SPRINGLS__PLACE_BYTES 512
+typedef struct springls__places { uint32_t at[SPRINGLS__ARRAY_COUNT]; } springls__places;
+
 #define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;
 
 /* ---- the structs of a model ---- */
@@ -6060,14 +6064,20 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, co
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
 /* context.h - what a context holds. Lengths are in voxels everywhere below the public interface. */
 
-/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
+/* A growable array from the context's allocator, and its copy at a place in device memory; device_bytes 0: it has none. A stale
+   one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
-    void *device;
-    size_t device_bytes;
+    size_t device_at, device_bytes;
     bool host_stale, device_stale;
 } springls__buffer;
+
+/* What a context has of a device's memory: one buffer of the backend's for all arrays, of which `used` bytes are given away. */
+typedef struct springls__device_memory {
+    void *buffer;
+    size_t bytes, used;
+} springls__device_memory;
 
 /* The scratch arrays of roles (scratch.h). */
 enum {
@@ -6155,9 +6165,9 @@ typedef struct springls__largest { float value; int more; } springls__largest;
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
+    /* Gives an array of ctx->memory `bytes` of device memory; keeps the first `keep` of what it had. Other arrays may move. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
-    void (*release)(springls_context *ctx, springls__buffer *buffer);
+    void (*release)(springls_context *ctx); /* frees a context's device memory */
     /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     /* Copies `data` to a buffer's device memory. */
@@ -6279,6 +6289,7 @@ struct springls_context {
     float smallest_spacing, largest_spacing;
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
+    springls__device_memory device_memory;
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */
@@ -6442,7 +6453,6 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
-    if (buffer->device) (ctx->backend->release)(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
     memset(buffer, 0, sizeof *buffer);
 }
@@ -6567,9 +6577,10 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) (ctx->backend->release)(ctx, buffer);
+        buffer->device_bytes = 0;
         buffer->host_stale = buffer->device_stale = false;
     }
+    (ctx->backend->release)(ctx);
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -6599,7 +6610,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
         if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device_bytes > 0;
     }
     return SPRINGLS_OK;
 }
@@ -6613,7 +6624,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
             SPRINGLS__TRY((ctx->backend->resize)(ctx, buffer, buffer->bytes,
-                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+                                               buffer->device_stale ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -6642,7 +6653,7 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     springls__note_writes(ctx, SPRINGLS__ALL_BITS);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         ctx->memory[array].host_stale = false;
-        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+        ctx->memory[array].device_stale = ctx->memory[array].device_bytes > 0;
     }
 }
 
@@ -22518,7 +22529,7 @@ SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bo
         } else if (memory) {
             memcpy(buffer->data, memory + at, bytes);
             buffer->host_stale = false;
-            buffer->device_stale = buffer->device != NULL;
+            buffer->device_stale = buffer->device_bytes > 0;
         }
         at += bytes;
     }
@@ -23679,6 +23690,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
+    if (ctx->backend) (ctx->backend->release)(ctx);
 }
 
 /* Reports a failure that happens before there is a context. */
@@ -34703,6 +34715,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__ARRAY_COUNT\n",
     "} springls__array;\n",
     "\n",
+    "/* Where the arrays of a model are in a device's memory: multiples of SPRINGLS__PLACE_BYTES, which suits every type. */\n",
+    "#define SPRINGLS__PLACE_BYTES 512\n",
+    "typedef struct springls__places { uint32_t at[SPRINGLS__ARRAY_COUNT]; } springls__places;\n",
+    "\n",
     "#define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;\n",
     "\n",
     "/* ---- the structs of a model ---- */\n",
@@ -34994,7 +35010,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4157 \"springls.h\"\n",
+    "#line 4161 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35698,7 +35714,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4862 \"springls.h\"\n",
+    "#line 4866 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -35958,7 +35974,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5123 \"springls.h\"\n",
+    "#line 5127 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36160,7 +36176,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5326 \"springls.h\"\n",
+    "#line 5330 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36277,7 +36293,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5444 \"springls.h\"\n",
+    "#line 5448 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36474,7 +36490,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5641 \"springls.h\"\n",
+    "#line 5645 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36489,7 +36505,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5657 \"springls.h\"\n",
+    "#line 5661 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36683,7 +36699,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5851 \"springls.h\"\n",
+    "#line 5855 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36698,7 +36714,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5866 \"springls.h\"\n",
+    "#line 5870 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36892,7 +36908,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6659 \"springls.h\"\n",
+    "#line 6670 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37292,7 +37308,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7060 \"springls.h\"\n",
+    "#line 7071 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37318,7 +37334,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7087 \"springls.h\"\n",
+    "#line 7098 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37406,7 +37422,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7176 \"springls.h\"\n",
+    "#line 7187 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37546,7 +37562,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7317 \"springls.h\"\n",
+    "#line 7328 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37651,7 +37667,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7423 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37883,7 +37899,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7656 \"springls.h\"\n",
+    "#line 7667 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37913,7 +37929,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7686 \"springls.h\"\n",
+    "#line 7697 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37928,7 +37944,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7702 \"springls.h\"\n",
+    "#line 7713 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38097,7 +38113,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7871 \"springls.h\"\n",
+    "#line 7882 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38112,7 +38128,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7886 \"springls.h\"\n",
+    "#line 7897 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38281,7 +38297,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8055 \"springls.h\"\n",
+    "#line 8066 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38335,7 +38351,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8110 \"springls.h\"\n",
+    "#line 8121 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38361,7 +38377,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8136 \"springls.h\"\n",
+    "#line 8147 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38376,7 +38392,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8152 \"springls.h\"\n",
+    "#line 8163 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38459,7 +38475,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8235 \"springls.h\"\n",
+    "#line 8246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38474,7 +38490,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8250 \"springls.h\"\n",
+    "#line 8261 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38557,7 +38573,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8333 \"springls.h\"\n",
+    "#line 8344 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38631,7 +38647,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8408 \"springls.h\"\n",
+    "#line 8419 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39184,7 +39200,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8962 \"springls.h\"\n",
+    "#line 8973 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39280,7 +39296,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9059 \"springls.h\"\n",
+    "#line 9070 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39401,7 +39417,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9181 \"springls.h\"\n",
+    "#line 9192 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39682,7 +39698,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9463 \"springls.h\"\n",
+    "#line 9474 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39768,7 +39784,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9550 \"springls.h\"\n",
+    "#line 9561 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39911,7 +39927,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9694 \"springls.h\"\n",
+    "#line 9705 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40100,7 +40116,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9884 \"springls.h\"\n",
+    "#line 9895 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40225,7 +40241,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10010 \"springls.h\"\n",
+    "#line 10021 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40259,7 +40275,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10045 \"springls.h\"\n",
+    "#line 10056 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40797,7 +40813,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10584 \"springls.h\"\n",
+    "#line 10595 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -40947,7 +40963,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10735 \"springls.h\"\n",
+    "#line 10746 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41025,7 +41041,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10814 \"springls.h\"\n",
+    "#line 10825 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41274,7 +41290,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11064 \"springls.h\"\n",
+    "#line 11075 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41499,7 +41515,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11290 \"springls.h\"\n",
+    "#line 11301 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41603,7 +41619,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11395 \"springls.h\"\n",
+    "#line 11406 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41700,7 +41716,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11493 \"springls.h\"\n",
+    "#line 11504 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42238,7 +42254,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12032 \"springls.h\"\n",
+    "#line 12043 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42271,7 +42287,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12066 \"springls.h\"\n",
+    "#line 12077 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42296,14 +42312,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12092 \"springls.h\"\n",
+    "#line 12103 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12099 \"springls.h\"\n",
+    "#line 12110 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42318,7 +42334,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12115 \"springls.h\"\n",
+    "#line 12126 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42444,7 +42460,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12241 \"springls.h\"\n",
+    "#line 12252 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42459,7 +42475,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12256 \"springls.h\"\n",
+    "#line 12267 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42585,7 +42601,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12383 \"springls.h\"\n",
+    "#line 12394 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42877,7 +42893,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12676 \"springls.h\"\n",
+    "#line 12687 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43012,7 +43028,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17357 \"springls.h\"\n",
+    "#line 17368 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44075,7 +44091,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18421 \"springls.h\"\n",
+    "#line 18432 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44672,7 +44688,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19019 \"springls.h\"\n",
+    "#line 19030 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45269,7 +45285,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45273 \"springls.h\"\n",
+    "#line 45289 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -45715,8 +45731,9 @@ static const char *const springls__kernel_lines[] = {
     "/* entry_points.cl - the kernels that OpenCL starts: each makes the model of its arguments and does its elements. No maths\n",
     "   here. */\n",
     "\n",
-    "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
-    "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
+    "/* All arrays are in one buffer: drivers look at each buffer of a kernel whenever it starts. */\n",
+    "#define SPRINGLS__MEMBER(name, type, block, owner, member)                                                                       \\\n",
+    "    model.owner.member = (__global type *)(memory + (size_t)places.at[SPRINGLS__ARRAY_##name] * (SPRINGLS__PLACE_BYTES / 8));\n",
     "\n",
     "/* A program has the kernels of the rows that name it: springls_cl.h leaves out the others by a definition of SPRINGLS__IN_x for\n",
     "   each program x. Without that all are in one. */\n",
@@ -45732,8 +45749,8 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#define SPRINGLS__SIGNATURE(name)                                                                                                \\\n",
-    "    __kernel void springls_##name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,            \\\n",
-    "                                  springls__arguments args, int count, int grain)\n",
+    "    __kernel void springls_##name(__global ulong *memory, springls__places places, springls__shape shape,                        \\\n",
+    "                                  springls_params params, springls__arguments args, int count, int grain)\n",
     "\n",
     "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
     "    springls__model model;                                                                                                       \\\n",
@@ -45751,15 +45768,15 @@ static const char *const springls__kernel_lines[] = {
     "        for (; i < end; i++) springls__##name##_element(&model, args, i);                                                        \\\n",
     "    }\n",
     "\n",
-    "/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */\n",
+    "/* Defines one for bricks: `grain` of them a work group, whose items share local memory. */\n",
     "#define SPRINGLS__DEFINE_BRICK(name, floats)                                                                                     \\\n",
     "    SPRINGLS__SIGNATURE(name)                                                                                                    \\\n",
     "    {                                                                                                                            \\\n",
-    "        __local float memory[floats];                                                                                            \\\n",
+    "        __local float shared[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##name##_element(&model, args, i, memory);                                                \\\n",
+    "        for (; i < end; i++) springls__##name##_element(&model, args, i, shared);                                                \\\n",
     "    }\n",
     "\n",
     "/* Defines one that does several elements at once where a work item has several: on a processor. */\n",

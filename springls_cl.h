@@ -109,10 +109,11 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
 /* Returns true when the device rounds as C does: then results have the scalar backend's bits. */
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
 
-/* Returns the device's buffer (cl_mem) of the springls, to draw them without a copy through the host: springls_count of them, 64
-   bytes each, 12 floats q0 q1 q2 p in voxels and 4 private ones. It is to be read only, in the backend's queue, until the next
-   call with ctx. NULL: the model is empty, or has no backend. */
-SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx);
+/* Returns the device's buffer (cl_mem) that has the springls, to draw them without a copy through the host: from *offset, in bytes,
+   a multiple of 512, springls_count of them, 64 bytes each, 12 floats q0 q1 q2 p in voxels and 4 private ones. It is to be read
+   only, in the backend's queue, until the next call with ctx. NULL: the model is empty, or has no backend, or ctx or offset is
+   NULL; then *offset stays as it was. */
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx, size_t *offset);
 
 /* Counts what all contexts of a backend have done so far: kernels started, transfers, and their bytes. */
 typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
@@ -304,52 +305,103 @@ SPRINGLS__FN springls_status springls__cl_check_wait(springls_context *ctx, cl_i
 
 /* ---- memory and kernels ---- */
 
-SPRINGLS__FN void springls__cl_release(springls_context *ctx, springls__buffer *buffer)
+SPRINGLS__FN void springls__cl_release(springls_context *ctx)
 {
-    if (buffer->device) springls__cl_of(ctx)->ReleaseMemObject((cl_mem)buffer->device);
-    buffer->device = NULL;
-    buffer->device_bytes = 0;
+    if (ctx->device_memory.buffer) springls__cl_of(ctx)->ReleaseMemObject((cl_mem)ctx->device_memory.buffer);
+    memset(&ctx->device_memory, 0, sizeof ctx->device_memory);
 }
 
-SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
+/* Returns how much of the memory an array of some bytes takes. The place after it stays unused: what is written beyond an array
+   is found there by a device that checks (tests/backend/emulator.c). */
+SPRINGLS__FN size_t springls__cl_room(size_t bytes) { return (bytes / SPRINGLS__PLACE_BYTES + 2) * SPRINGLS__PLACE_BYTES; }
+
+/* Makes a larger buffer, for `bytes` in use and half as many beside them, or for these alone where there is no more. */
+SPRINGLS__FN springls_status springls__cl_enlarge(springls_context *ctx, size_t bytes, springls__device_memory *larger)
 {
     springls__cl *cl = springls__cl_of(ctx);
     cl_int error = CL_SUCCESS;
-    cl_mem memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, bytes, NULL, &error);
-    SPRINGLS__TRY(springls__cl_check(ctx, error, "device memory"));
-    if (keep > 0) error = cl->EnqueueCopyBuffer(cl->queue, (cl_mem)buffer->device, memory, 0, 0, keep, 0, NULL, NULL);
-    if (error != CL_SUCCESS) cl->ReleaseMemObject(memory);
+    larger->bytes = bytes + bytes / 2;
+    larger->buffer = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, larger->bytes, NULL, &error);
+    if (error != CL_SUCCESS) {
+        larger->bytes = bytes;
+        larger->buffer = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, bytes, NULL, &error);
+    }
+    return springls__cl_check(ctx, error, "device memory");
+}
+
+/* Moves all arrays to a larger buffer, one of them to a place of `bytes` with the first `keep` of what it had. */
+SPRINGLS__FN springls_status springls__cl_move(springls_context *ctx, springls__buffer *resized, size_t bytes, size_t keep)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    springls__device_memory larger;
+    size_t at[SPRINGLS__ARRAY_COUNT];
+    cl_int error = CL_SUCCESS;
+    int array;
+    memset(&larger, 0, sizeof larger);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        const springls__buffer *buffer = &ctx->memory[array];
+        at[array] = larger.used;
+        if (buffer == resized || buffer->device_bytes > 0)
+            larger.used += springls__cl_room(buffer == resized ? bytes : buffer->device_bytes);
+    }
+    SPRINGLS__TRY(springls__cl_enlarge(ctx, larger.used, &larger));
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT && error == CL_SUCCESS; array++) {
+        const springls__buffer *buffer = &ctx->memory[array];
+        const size_t kept = buffer == resized ? keep : buffer->device_bytes;
+        if (kept > 0) error = cl->EnqueueCopyBuffer(cl->queue, (cl_mem)ctx->device_memory.buffer, (cl_mem)larger.buffer,
+                                                    buffer->device_at, at[array], kept, 0, NULL, NULL);
+    }
+    if (error != CL_SUCCESS) cl->ReleaseMemObject((cl_mem)larger.buffer);
     SPRINGLS__TRY(springls__cl_check(ctx, error, "copy"));
-    springls__cl_release(ctx, buffer);
-    buffer->device = memory;
-    buffer->device_bytes = bytes;
+    springls__cl_release(ctx);
+    ctx->device_memory = larger;
+    resized->device_bytes = bytes;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) ctx->memory[array].device_at = at[array];
     return SPRINGLS_OK;
 }
 
-/* Copies the first bytes of a device buffer to the host; they have arrived on return. */
-SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, void *memory, size_t bytes, void *to, const char *doing)
+/* Gives an array a new place behind the others or, where there is no room, all of them new places. */
+SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    springls__device_memory *memory = &ctx->device_memory;
+    cl_mem all = (cl_mem)memory->buffer;
+    if (springls__cl_room(bytes) > memory->bytes - memory->used)
+        return springls__cl_move(ctx, buffer, bytes, keep);
+    if (keep > 0)
+        SPRINGLS__TRY(springls__cl_check(
+            ctx, cl->EnqueueCopyBuffer(cl->queue, all, all, buffer->device_at, memory->used, keep, 0, NULL, NULL), "copy"));
+    buffer->device_at = memory->used;
+    buffer->device_bytes = bytes;
+    memory->used += springls__cl_room(bytes);
+    return SPRINGLS_OK;
+}
+
+/* Copies the first bytes of an array to the host; they have arrived on return. */
+SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, const springls__buffer *buffer, size_t bytes)
 {
     springls__cl *cl = springls__cl_of(ctx);
     cl->counts.downloads++;
     cl->counts.bytes_down += bytes;
-    return springls__cl_check_wait(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL),
-                                   doing);
+    return springls__cl_check_wait(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)ctx->device_memory.buffer, CL_TRUE,
+                                                              buffer->device_at, bytes, buffer->data, 0, NULL, NULL),
+                                   "download");
 }
 
-SPRINGLS__FN springls_status springls__cl_send(springls_context *ctx, void *memory, size_t bytes, const void *from)
+SPRINGLS__FN springls_status springls__cl_send(springls_context *ctx, const springls__buffer *buffer, size_t bytes, const void *from)
 {
     springls__cl *cl = springls__cl_of(ctx);
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
-    return springls__cl_check_wait(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL),
+    return springls__cl_check_wait(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)ctx->device_memory.buffer, CL_TRUE,
+                                                               buffer->device_at, bytes, from, 0, NULL, NULL),
                                    "upload");
 }
 
 SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
 {
     if (bytes == 0) return SPRINGLS_OK;
-    return to_host ? springls__cl_download(ctx, buffer->device, bytes, buffer->data, "download")
-                   : springls__cl_send(ctx, buffer->device, bytes, buffer->data);
+    return to_host ? springls__cl_download(ctx, buffer, bytes) : springls__cl_send(ctx, buffer, bytes, buffer->data);
 }
 
 SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
@@ -361,20 +413,29 @@ SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
 SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
 {
     if (buffer->device_bytes < bytes) SPRINGLS__TRY(springls__cl_resize(ctx, buffer, bytes, 0));
-    return springls__cl_send(ctx, buffer->device, bytes, data);
+    return springls__cl_send(ctx, buffer, bytes, data);
 }
 
-SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls__buffer *arrays,
+/* An array that the device has not is beyond all memory. */
+SPRINGLS__FN springls__places springls__cl_places(const springls_context *ctx)
+{
+    springls__places places;
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        const springls__buffer *buffer = &ctx->memory[array];
+        places.at[array] = buffer->device_bytes > 0 ? (uint32_t)(buffer->device_at / SPRINGLS__PLACE_BYTES) : UINT32_MAX;
+    }
+    return places;
+}
+
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, cl_mem memory, springls__places places,
                                            const springls__model *model, springls__arguments args, cl_int count, cl_int grain)
 {
     springls__shape shape = springls__shape_of(model);
     springls_params params = model->params;
-    cl_uint i;
-    cl_int error = CL_SUCCESS;
-    for (i = 0; i < SPRINGLS__ARRAY_COUNT && error == CL_SUCCESS; i++) {
-        cl_mem memory = (cl_mem)arrays[i].device;
-        error = cl->SetKernelArg(kernel, i, sizeof memory, memory ? &memory : NULL);
-    }
+    cl_uint i = 0;
+    cl_int error = cl->SetKernelArg(kernel, i++, sizeof memory, &memory);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof places, &places);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof shape, &shape);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof params, &params);
     if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof args, &args);
@@ -403,7 +464,8 @@ SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, int kern
     if (count <= 0) return SPRINGLS_OK;
     error = springls__cl_need(cl, info->program);
     if (error == CL_SUCCESS)
-        error = springls__cl_arguments(cl, cl->kernels[kernel], ctx->memory, &ctx->model, args, count, grain);
+        error = springls__cl_arguments(cl, cl->kernels[kernel], (cl_mem)ctx->device_memory.buffer, springls__cl_places(ctx),
+                                       &ctx->model, args, count, grain);
     SPRINGLS__TRY(springls__cl_check(ctx, error, info->name));
     cl->counts.kernels++;
     error = springls__cl_enqueue(cl, cl->kernels[kernel], ((size_t)count + (size_t)grain - 1) / (size_t)grain, info->brick);
@@ -1006,15 +1068,14 @@ SPRINGLS__FN cl_int springls__cl_build_some(springls__cl *cl, int *program)
 /* Runs a kernel over no elements. `memory` stands for all arrays: what a compiler reads ahead of a loop has to be somewhere. */
 SPRINGLS__FN cl_int springls__cl_run_empty(springls__cl *cl, int kernel, cl_mem memory)
 {
-    springls__buffer arrays[SPRINGLS__ARRAY_COUNT];
+    springls__places places;
     springls__arguments args;
     springls__model model;
     cl_int error;
-    int i;
-    for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) arrays[i].device = memory;
+    memset(&places, 0, sizeof places);
     memset(&args, 0, sizeof args);
     memset(&model, 0, sizeof model);
-    error = springls__cl_arguments(cl, cl->kernels[kernel], arrays, &model, args, 0, 1);
+    error = springls__cl_arguments(cl, cl->kernels[kernel], memory, places, &model, args, 0, 1);
     if (error == CL_SUCCESS) error = springls__cl_enqueue(cl, cl->kernels[kernel], 1, springls__cl_kernels[kernel].brick);
     return error == CL_SUCCESS ? cl->Finish(cl->queue) : error;
 }
@@ -1061,15 +1122,16 @@ SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
     return backend && ((const springls__cl *)(const void *)backend)->exact;
 }
 
-SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx)
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx, size_t *offset)
 {
-    if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
+    if (!ctx || !offset || !ctx->backend || ctx->model.set.count == 0) return NULL;
     springls__use_device(ctx);
     if (springls__to_device(ctx, 0) != SPRINGLS_OK) {
         springls__report_device_failure(ctx, springls__fall_back_to_host(ctx));
         return NULL;
     }
-    return ctx->memory[SPRINGLS__ARRAY_S].device;
+    *offset = ctx->memory[SPRINGLS__ARRAY_S].device_at;
+    return ctx->device_memory.buffer;
 }
 
 SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend)

@@ -6,8 +6,9 @@
 #include "displace_simd.cl"
 #include "kernels.h"
 
-#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,
-#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;
+/* All arrays are in one buffer: drivers look at each buffer of a kernel whenever it starts. */
+#define SPRINGLS__MEMBER(name, type, block, owner, member)                                                                       \
+    model.owner.member = (__global type *)(memory + (size_t)places.at[SPRINGLS__ARRAY_##name] * (SPRINGLS__PLACE_BYTES / 8));
 
 /* A program has the kernels of the rows that name it: springls_cl.h leaves out the others by a definition of SPRINGLS__IN_x for
    each program x. Without that all are in one. */
@@ -23,8 +24,8 @@
 #endif
 
 #define SPRINGLS__SIGNATURE(name)                                                                                                \
-    __kernel void springls_##name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,            \
-                                  springls__arguments args, int count, int grain)
+    __kernel void springls_##name(__global ulong *memory, springls__places places, springls__shape shape,                        \
+                                  springls_params params, springls__arguments args, int count, int grain)
 
 #define SPRINGLS__BEGIN(first)                                                                                                   \
     springls__model model;                                                                                                       \
@@ -42,15 +43,15 @@
         for (; i < end; i++) springls__##name##_element(&model, args, i);                                                        \
     }
 
-/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */
+/* Defines one for bricks: `grain` of them a work group, whose items share local memory. */
 #define SPRINGLS__DEFINE_BRICK(name, floats)                                                                                     \
     SPRINGLS__SIGNATURE(name)                                                                                                    \
     {                                                                                                                            \
-        __local float memory[floats];                                                                                            \
+        __local float shared[floats];                                                                                            \
         SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
         model.group.item = (int)get_local_id(0);                                                                                 \
         model.group.items = (int)get_local_size(0);                                                                              \
-        for (; i < end; i++) springls__##name##_element(&model, args, i, memory);                                                \
+        for (; i < end; i++) springls__##name##_element(&model, args, i, shared);                                                \
     }
 
 /* Defines one that does several elements at once where a work item has several: on a processor. */

@@ -100,6 +100,10 @@ typedef enum springls__array {
     SPRINGLS__ARRAY_COUNT
 } springls__array;
 
+/* Where the arrays of a model are in a device's memory: multiples of SPRINGLS__PLACE_BYTES, which suits every type. */
+#define SPRINGLS__PLACE_BYTES 512
+typedef struct springls__places { uint32_t at[SPRINGLS__ARRAY_COUNT]; } springls__places;
+
 #define SPRINGLS__ARRAY_MEMBER(name, type, block, owner, member) SPRINGLS__GLOBAL type *member;
 
 /* ---- the structs of a model ---- */

@@ -37,6 +37,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
+    if (ctx->backend) (ctx->backend->release)(ctx);
 }
 
 /* Reports a failure that happens before there is a context. */

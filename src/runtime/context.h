@@ -5,14 +5,20 @@
 #include "base.h"
 #include "../../kernels_embed/stages/advect.h"
 
-/* A growable array from the context's allocator, and its copy on the backend's device. A stale one has old contents. */
+/* A growable array from the context's allocator, and its copy at a place in device memory; device_bytes 0: it has none. A stale
+   one has old contents. */
 typedef struct springls__buffer {
     void *data;
     size_t bytes;
-    void *device;
-    size_t device_bytes;
+    size_t device_at, device_bytes;
     bool host_stale, device_stale;
 } springls__buffer;
+
+/* What a context has of a device's memory: one buffer of the backend's for all arrays, of which `used` bytes are given away. */
+typedef struct springls__device_memory {
+    void *buffer;
+    size_t bytes, used;
+} springls__device_memory;
 
 /* The scratch arrays of roles (scratch.h). */
 enum {
@@ -100,9 +106,9 @@ typedef struct springls__largest { float value; int more; } springls__largest;
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
-    /* Makes room for `bytes` in a buffer's device memory; keeps the first `keep`. */
+    /* Gives an array of ctx->memory `bytes` of device memory; keeps the first `keep` of what it had. Other arrays may move. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
-    void (*release)(springls_context *ctx, springls__buffer *buffer);
+    void (*release)(springls_context *ctx); /* frees a context's device memory */
     /* Copies the first `bytes` of a buffer to the host, or to the device, and waits for that. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     /* Copies `data` to a buffer's device memory. */
@@ -224,6 +230,7 @@ struct springls_context {
     float smallest_spacing, largest_spacing;
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays                                    */
+    springls__device_memory device_memory;
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */

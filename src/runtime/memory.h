@@ -54,7 +54,6 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
-    if (buffer->device) (ctx->backend->release)(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
     memset(buffer, 0, sizeof *buffer);
 }

@@ -60,9 +60,10 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) (ctx->backend->release)(ctx, buffer);
+        buffer->device_bytes = 0;
         buffer->host_stale = buffer->device_stale = false;
     }
+    (ctx->backend->release)(ctx);
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -92,7 +93,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
         if (!springls__has_array(reads | writes, array)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
             return springls__fall_back_to_host(ctx);
-        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device != NULL;
+        if (springls__has_array(writes, array)) buffer->device_stale = buffer->device_bytes > 0;
     }
     return SPRINGLS_OK;
 }
@@ -106,7 +107,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
             SPRINGLS__TRY((ctx->backend->resize)(ctx, buffer, buffer->bytes,
-                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+                                               buffer->device_stale ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -135,7 +136,7 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
     springls__note_writes(ctx, SPRINGLS__ALL_BITS);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         ctx->memory[array].host_stale = false;
-        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+        ctx->memory[array].device_stale = ctx->memory[array].device_bytes > 0;
     }
 }
 

@@ -52,7 +52,7 @@ SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bo
         } else if (memory) {
             memcpy(buffer->data, memory + at, bytes);
             buffer->host_stale = false;
-            buffer->device_stale = buffer->device != NULL;
+            buffer->device_stale = buffer->device_bytes > 0;
         }
         at += bytes;
     }

@@ -47,7 +47,7 @@ struct _cl_mem { size_t size; void *data; };
 struct _cl_kernel {
     const device_kernel *kernel;
     device_arguments arguments;
-    size_t sizes[SPRINGLS__ARRAY_COUNT]; /* of the arrays, bytes */
+    size_t size; /* of the memory, bytes */
 };
 
 /* Makes a block of nonsense. MemorySanitizer knows that a new block is. */
@@ -244,9 +244,24 @@ static void run_alone(const device_kernel *kernel, int items)
     happens_after(&running.end);
 }
 
+/* The place before an array is nobody's: to AddressSanitizer it is no memory. */
+static void guard_arrays(cl_kernel kernel)
+{
+#if WITH_ASAN
+    const device_arguments *a = &kernel->arguments;
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (a->places.at[array] > 0 && a->places.at[array] <= kernel->size / SPRINGLS__PLACE_BYTES)
+            __asan_poison_memory_region(device_array_at(a, array) - SPRINGLS__PLACE_BYTES, SPRINGLS__PLACE_BYTES);
+#else
+    (void)kernel;
+#endif
+}
+
 static cl_int launch(cl_kernel kernel, int items, int group)
 {
     bool room = true;
+    guard_arrays(kernel);
     fibers_make();
     running.kernel = kernel;
     if (kernel->kernel->floats) room = run_groups(kernel->kernel, items / group, group);
@@ -259,24 +274,19 @@ static cl_int launch(cl_kernel kernel, int items, int group)
 /* ---- faults ---- */
 
 #if WITH_ASAN
-/* Writes the array of the kernel that is nearest to an address. */
+/* Writes the last array of the kernel that begins before an address. */
 static void print_array(const char *address)
 {
-    size_t nearest = SIZE_MAX;
-    int array, found = 0;
+    const device_arguments *a = &running.kernel->arguments;
+    int array, found = -1;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        const char *begin = (const char *)running.kernel->arguments.arrays[array], *end = begin + running.kernel->sizes[array];
-        size_t off = address < begin ? (size_t)(begin - address) : address < end ? 0 : (size_t)(address - end);
-        if (!begin || off >= nearest) continue;
-        nearest = off;
-        found = array;
+        const char *begin = device_array_at(a, array);
+        if (a->places.at[array] == UINT32_MAX || begin > address) continue;
+        if (found < 0 || begin > device_array_at(a, found)) found = array;
     }
-    if (nearest < SIZE_MAX) {
-        const long byte = (long)(address - (const char *)running.kernel->arguments.arrays[found]);
-        const long size = (long)running.kernel->sizes[found], element = (long)device_arrays[found].element;
-        fprintf(stderr, "array %s: element %ld of %ld, byte %ld of %ld\n", device_arrays[found].name,
-                (byte < 0 ? byte - element + 1 : byte) / element, size / element, byte, size);
-    }
+    if (found < 0) return;
+    fprintf(stderr, "array %s: element %ld, byte %ld\n", device_arrays[found].name,
+            (long)((size_t)(address - device_array_at(a, found)) / device_arrays[found].element), (long)(address - device_array_at(a, found)));
 }
 #endif
 
@@ -464,18 +474,19 @@ static cl_int set(void *to, size_t bytes, const void *from, size_t size)
 cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void *value)
 {
     device_arguments *a = &kernel->arguments;
-    if (index < SPRINGLS__ARRAY_COUNT) {
-        const cl_mem memory = value ? *(const cl_mem *)value : NULL;
-        a->arrays[index] = memory ? memory->data : NULL;
-        kernel->sizes[index] = memory ? memory->size : 0;
-        return size == sizeof memory ? CL_SUCCESS : CL_INVALID_ARG_SIZE;
-    }
-    switch (index - SPRINGLS__ARRAY_COUNT) {
-    case 0: return set(&a->shape, sizeof a->shape, value, size);
-    case 1: return set(&a->params, sizeof a->params, value, size);
-    case 2: return set(&a->args, sizeof a->args, value, size);
-    case 3: return set(&a->count, sizeof a->count, value, size);
-    case 4: return set(&a->grain, sizeof a->grain, value, size);
+    cl_mem memory;
+    switch (index) {
+    case 0:
+        if (set(&memory, sizeof memory, value, size) != CL_SUCCESS) return CL_INVALID_ARG_SIZE;
+        a->memory = memory ? (char *)memory->data : NULL;
+        kernel->size = memory ? memory->size : 0;
+        return CL_SUCCESS;
+    case 1: return set(&a->places, sizeof a->places, value, size);
+    case 2: return set(&a->shape, sizeof a->shape, value, size);
+    case 3: return set(&a->params, sizeof a->params, value, size);
+    case 4: return set(&a->args, sizeof a->args, value, size);
+    case 5: return set(&a->count, sizeof a->count, value, size);
+    case 6: return set(&a->grain, sizeof a->grain, value, size);
     default: return CL_INVALID_ARG_INDEX;
     }
 }
@@ -512,15 +523,15 @@ cl_int clReleaseMemObject(cl_mem memory)
     return CL_SUCCESS;
 }
 
-/* Leaves kernels the first bytes of a buffer only; dlsym finds it. */
-void device_limit(cl_mem memory, size_t bytes);
-void device_limit(cl_mem memory, size_t bytes)
+/* Leaves kernels the first `used` bytes of an array only; dlsym finds it. */
+void device_limit(cl_mem memory, size_t at, size_t used, size_t bytes);
+void device_limit(cl_mem memory, size_t at, size_t used, size_t bytes)
 {
 #if WITH_ASAN
-    __asan_unpoison_memory_region(memory->data, memory->size);
-    if (bytes < memory->size) __asan_poison_memory_region((char *)memory->data + bytes, memory->size - bytes);
+    __asan_unpoison_memory_region((char *)memory->data + at, bytes);
+    if (used < bytes) __asan_poison_memory_region((char *)memory->data + at + used, bytes - used);
 #else
-    (void)memory, (void)bytes;
+    (void)memory, (void)at, (void)used, (void)bytes;
 #endif
 }
 

@@ -62,12 +62,17 @@ const device_kernel device_kernels[] = {
 #define ARRAY_ROW(name, type, block, owner, member) { #name, sizeof(type) * (block) },
 const device_array device_arrays[] = { SPRINGLS__ARRAYS(ARRAY_ROW) };
 
+char *device_array_at(const device_arguments *arguments, int array)
+{
+    return arguments->memory + (size_t)arguments->places.at[array] * SPRINGLS__PLACE_BYTES;
+}
+
 void device_run_item(const device_kernel *kernel, const device_arguments *arguments, int first, springls__group group, float *memory)
 {
     const int end = springls__imin((first + 1) * arguments->grain, arguments->count);
     springls__model model;
     int i;
-#define ARRAY_SET(name, type, block, owner, member) model.owner.member = (type *)arguments->arrays[SPRINGLS__ARRAY_##name];
+#define ARRAY_SET(name, type, block, owner, member) model.owner.member = (type *)(void *)device_array_at(arguments, SPRINGLS__ARRAY_##name);
     SPRINGLS__ARRAYS(ARRAY_SET)
     springls__shape_set(&model, arguments->shape);
     model.params = arguments->params;

@@ -9,7 +9,8 @@
 
 /* The arguments of a kernel, in their order. */
 typedef struct device_arguments {
-    void *arrays[SPRINGLS__ARRAY_COUNT];
+    char *memory;
+    springls__places places;
     springls__shape shape;
     springls_params params;
     springls__arguments args;
@@ -26,6 +27,9 @@ typedef struct device_array { const char *name; size_t element; } device_array; 
 
 extern const device_kernel device_kernels[]; /* the last has no name */
 extern const device_array device_arrays[SPRINGLS__ARRAY_COUNT];
+
+/* Returns where an array begins. */
+char *device_array_at(const device_arguments *arguments, int array);
 
 /* Does the elements of one item: those of its group where items share memory. */
 void device_run_item(const device_kernel *kernel, const device_arguments *arguments, int first, springls__group group, float *memory);

@@ -17,7 +17,7 @@ typedef struct parity_copy {
 typedef struct parity_watch {
     springls_backend own;
     parity_copy before, scalar, device;
-    void *known[SPRINGLS__ARRAY_COUNT]; /* the device memory whose bytes `before` has; NULL: of none */
+    size_t known[SPRINGLS__ARRAY_COUNT]; /* the place in device memory whose bytes `before` has, plus 1; 0: of none */
     int runs[SPRINGLS__KERNEL_COUNT];
     uint64_t changed[SPRINGLS__KERNEL_COUNT]; /* the arrays in which a run has changed a byte */
     char fault[256];                          /* the first one */
@@ -56,8 +56,8 @@ FIXTURE bool parity_room(parity_copy *copy, int array, size_t bytes)
 FIXTURE springls_status parity_download(springls_context *ctx, int array, parity_copy *copy)
 {
     springls__buffer buffer = ctx->memory[array];
-    if (!parity_room(copy, array, buffer.device ? buffer.device_bytes : 0)) return SPRINGLS_OUT_OF_MEMORY;
-    if (!buffer.device) return SPRINGLS_OK;
+    if (!parity_room(copy, array, buffer.device_bytes)) return SPRINGLS_OUT_OF_MEMORY;
+    if (buffer.device_bytes == 0) return SPRINGLS_OK;
     buffer.data = copy->data[array];
     return watch.own.transfer(ctx, &buffer, buffer.device_bytes, true);
 }
@@ -67,7 +67,7 @@ FIXTURE springls_status parity_poison(springls_context *ctx, int array)
 {
     springls__buffer buffer = ctx->memory[array];
     size_t used = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array), i;
-    if (!buffer.device || !buffer.data) return SPRINGLS_OK; /* no data: an array of the device alone */
+    if (buffer.device_bytes == 0 || !buffer.data) return SPRINGLS_OK; /* no data: an array of the device alone */
     buffer.data = watch.before.data[array];
     for (i = used; i < buffer.device_bytes && ((unsigned char *)buffer.data)[i] == 0xA5;) i++;
     if (i >= buffer.device_bytes) return SPRINGLS_OK;
@@ -80,9 +80,9 @@ FIXTURE springls_status parity_prepare(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        void *memory = ctx->memory[array].device;
-        if (!memory || watch.known[array] != memory) SPRINGLS__TRY(parity_download(ctx, array, &watch.before));
-        watch.known[array] = memory;
+        const size_t place = ctx->memory[array].device_bytes > 0 ? ctx->memory[array].device_at + 1 : 0;
+        if (place == 0 || watch.known[array] != place) SPRINGLS__TRY(parity_download(ctx, array, &watch.before));
+        watch.known[array] = place;
         SPRINGLS__TRY(parity_poison(ctx, array));
         if (!parity_room(&watch.scalar, array, watch.before.bytes[array])) return SPRINGLS_OUT_OF_MEMORY;
         if (watch.before.bytes[array]) memcpy(watch.scalar.data[array], watch.before.data[array], watch.before.bytes[array]);
@@ -94,19 +94,19 @@ FIXTURE void parity_forget(const springls__buffer *buffer)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (watch.known[array] == buffer->device) watch.known[array] = NULL;
+        if (watch.known[array] == buffer->device_at + 1) watch.known[array] = 0;
 }
 
 FIXTURE springls_status parity_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
 {
-    parity_forget(buffer);
+    memset(watch.known, 0, sizeof watch.known); /* others may move */
     return watch.own.resize(ctx, buffer, bytes, keep);
 }
 
-FIXTURE void parity_release(springls_context *ctx, springls__buffer *buffer)
+FIXTURE void parity_release(springls_context *ctx)
 {
-    parity_forget(buffer);
-    watch.own.release(ctx, buffer);
+    memset(watch.known, 0, sizeof watch.known);
+    watch.own.release(ctx);
 }
 
 FIXTURE springls_status parity_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
@@ -121,7 +121,7 @@ FIXTURE springls_status parity_upload(springls_context *ctx, springls__buffer *b
     return watch.own.upload(ctx, buffer, data, bytes);
 }
 
-typedef void (*parity_limit)(cl_mem memory, size_t bytes);
+typedef void (*parity_limit)(cl_mem memory, size_t at, size_t used, size_t bytes);
 
 /* Leaves a kernel what is in use of each array, with the springls that it adds; NULL: all of it. emulator.c has this for
    AddressSanitizer, real devices have not. */
@@ -137,7 +137,8 @@ FIXTURE void parity_limit_kernel(springls_context *ctx, const springls__kernel_i
         size_t used = springls__used(ctx, (springls__array)array);
         if (adds && springls__has_array(SPRINGLS__SET_BITS, array)) used += (size_t)args.insert.count;
         used *= springls__element_size((springls__array)array);
-        if (buffer->device) limit((cl_mem)buffer->device, kernel && buffer->data ? used : buffer->device_bytes);
+        if (!kernel || !buffer->data || used > buffer->device_bytes) used = buffer->device_bytes;
+        limit((cl_mem)ctx->device_memory.buffer, buffer->device_at, used, buffer->device_bytes);
     }
 }
 

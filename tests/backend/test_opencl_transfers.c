@@ -127,28 +127,30 @@ TEST the_device_hands_out_its_springls(void)
     springls_view view;
     void *memory;
     scenario s;
-    size_t bytes;
+    size_t bytes, offset = 0;
     int i, k;
     NEEDS_DEVICE();
-    ASSERT(springls_cl_springl_buffer(NULL) == NULL);
+    ASSERT(springls_cl_springl_buffer(NULL, &offset) == NULL);
     scenario_make(&s, SCENARIO_THIN);
     ctx = scenario_context(&s, test_device);
     ASSERT(ctx != NULL);
     ASSERT_OK(springls_step(ctx, &s.step));
-    memory = springls_cl_springl_buffer(ctx);
+    ASSERT(springls_cl_springl_buffer(ctx, NULL) == NULL);
+    memory = springls_cl_springl_buffer(ctx, &offset);
     ASSERT(memory != NULL);
+    ASSERT_EQ(0, offset % 512);
     bytes = (size_t)springls_count(ctx) * sizeof *there;
     there = (springls__springl *)malloc(bytes);
     ASSERT(there != NULL);
     cl = (springls__cl *)(void *)test_device;
-    ASSERT_EQ(CL_SUCCESS, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, there, 0, NULL, NULL));
+    ASSERT_EQ(CL_SUCCESS, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, offset, bytes, there, 0, NULL, NULL));
     view = springls_view_vertices(ctx);
     for (i = 0; i < view.count; i++)
         for (k = 0; k < 9; k++)
             ASSERT_EQ(((const float *)(const void *)((const char *)view.data + (size_t)i * view.stride))[k], (&there[i].q[0].x)[k]);
     free(there);
     springls_reset(ctx);
-    ASSERT(springls_cl_springl_buffer(ctx) == NULL);
+    ASSERT(springls_cl_springl_buffer(ctx, &offset) == NULL);
     springls_destroy(ctx);
     PASS();
 }
