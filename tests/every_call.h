@@ -228,6 +228,17 @@ FIXTURE springls_status call_describe_attribute(call_bench *b)
 CALL_OF(remove_attribute, (b->ctx, 0))
 CALL_OF(set_attribute, (b->ctx, 0, b->vertices))
 CALL_OF_MESH(mesh_attribute, (b->ctx, &mesh, 0, b->output))
+
+FIXTURE springls_status call_chunk_attribute(call_bench *b)
+{
+    const springls_chunk *changed;
+    int count;
+    springls_status status = call_need_chunks(b);
+    if (status == SPRINGLS_OK) status = springls_chunks_update(b->ctx, b->chunks, &changed, &count);
+    if (status != SPRINGLS_OK || count == 0) return status;
+    return springls_chunk_attribute(b->ctx, changed, 0, b->output);
+}
+
 CALL_OF(get_provenance, (b->ctx, (springls_provenance *)(void *)b->output))
 CALL_OF(springl_errors, (b->ctx, (springls_error_estimate *)(void *)b->output))
 CALL_OF_MESH(mesh_errors, (b->ctx, &mesh, (springls_error_estimate *)(void *)b->output))
@@ -303,7 +314,8 @@ FIXTURE springls_status call_index_of(call_bench *b)
     X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) X(extract_mesh, 1) X(extract_soup, 1)                  \
     X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) X(copy_level_set, 1) X(sample_distance, 1)   \
     X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) X(add_attribute, 1) X(describe_attribute, 1)            \
-    X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(get_provenance, 1) X(springl_errors, 1) X(mesh_errors, 1)   \
+    X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(chunk_attribute, 1) X(get_provenance, 1)                     \
+    X(springl_errors, 1) X(mesh_errors, 1)                                                                                        \
     X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) X(find_seams, 1) X(interpolate_material, 1)               \
     X(combine, 0) X(combine_implicit, 0) X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
 

@@ -520,7 +520,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    until the step is done. Forces are called in springls_step_continue only. INVALID_ARGUMENT, EMPTY_MODEL: no step begins.
 
    While a step is in progress:
-   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _copy_level_set,
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _chunk_attribute, _sample_*, _copy_level_set,
      _pack_matrix, _closest, _raycast, _extract_surfels and _extract_soup read the model as it is at that moment: springls
      have moved, and the level set may not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
    - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
@@ -879,6 +879,12 @@ SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, 
    is now: `channels` floats a vertex. With the fill policy BLEND values are blended in the same way, with another policy
    they are those of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
+
+/* The same at the vertices of a chunk of a consumer with correspondences, before the model changes: `channels` floats a vertex, with the
+   bits that a vertex of the mesh at its place has. Chunks that show springls with new values are listed by the next
+   springls_chunks_update. The first call after springls have moved builds a hierarchy over all of them. INVALID_ARGUMENT: also a chunk
+   without correspondences. */
+SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out);
 
 /* Names where a springl came from, and with that how exact its place and its correspondence are. */
 typedef enum springls_kind {

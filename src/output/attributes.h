@@ -147,12 +147,12 @@ SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, 
 
 typedef struct springls__mesh_attribute_job {
     springls__interpolation_search search;
-    const springls_mesh *mesh;
+    const float *positions, *normals, *correspondences; /* of the vertices, world */
     const springls__attribute *attribute;
     float *out;
 } springls__mesh_attribute_job;
 
-/* Interpolates the attribute at the vertices of a mesh. */
+/* Interpolates the attribute at vertices. */
 SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
 {
     const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
@@ -160,13 +160,25 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
-        springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__v3 x = springls__world_to_model(ctx, job->mesh->positions + v);
-        springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
+        springls__v3 n = springls__scale(springls__load3(job->normals + v), side);
+        springls__v3 x = springls__world_to_model(ctx, job->positions + v);
+        springls__v3 a = springls__world_to_original(ctx, job->correspondences + v);
         springls__interpolation_sources sources = springls__interpolation_sources_at(&job->search, x, n, a, 1.0f);
         springls__interpolate_value(job->attribute, &sources, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                                     job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
+}
+
+/* Interpolates an attribute at `count` vertices, whose arrays the job has. */
+SPRINGLS__FN springls_status springls__attribute_at_vertices(springls_context *ctx, springls__mesh_attribute_job *job, int count)
+{
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    job->search.ctx = ctx;
+    job->search.a = ctx->model.set.a;
+    job->search.known = ctx->model.set.count;
+    springls__parallel(ctx, count, 32, springls__mesh_attribute_task, job);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out)
@@ -177,15 +189,29 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
     if (!mesh || (mesh->vertex_count > 0 && !out))
         return springls__fail_null(ctx, "mesh_attribute", mesh ? "out" : "mesh");
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
-    job.search.ctx = ctx;
-    job.search.a = ctx->model.set.a;
-    job.search.known = ctx->model.set.count;
-    job.mesh = mesh;
+    job.positions = mesh->positions;
+    job.normals = mesh->normals;
+    job.correspondences = mesh->correspondences;
     job.out = out;
-    springls__parallel(ctx, mesh->vertex_count, 32, springls__mesh_attribute_task, &job);
-    return SPRINGLS_OK;
+    return springls__attribute_at_vertices(ctx, &job, mesh->vertex_count);
+}
+
+SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out)
+{
+    springls__mesh_attribute_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    job.attribute = springls__attribute_at(ctx, index, "chunk_attribute");
+    if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunk || (chunk->vertex_count > 0 && !out)) return springls__fail_null(ctx, "chunk_attribute", chunk ? "out" : "chunk");
+    if (chunk->vertex_count == 0) return SPRINGLS_OK;
+    if (!chunk->correspondences)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "chunk_attribute: the chunk has no correspondences: see springls_chunks_desc");
+    job.positions = chunk->positions;
+    job.normals = chunk->normals;
+    job.correspondences = chunk->correspondences;
+    job.out = out;
+    return springls__attribute_at_vertices(ctx, &job, chunk->vertex_count);
 }
 
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out)

@@ -512,6 +512,48 @@ TEST textures_keep_their_seam(void)
     PASS();
 }
 
+/* Every third vertex of every fifth chunk has the values of the vertex of the mesh at its place, 3 a vertex. Chunks are listed again
+   where springls have got other values. */
+TEST chunks_have_values_of(springls_context *ctx, const springls_mesh *mesh, int attribute, const float *of_mesh)
+{
+    const springls_chunks_desc desc = { .tolerance = -1.0f, .correspondences = true }, without = { .tolerance = -1.0f };
+    const springls_view view = springls_view_attribute(ctx, attribute);
+    const springls_chunk *changed;
+    springls_chunks *chunks, *bare;
+    float *values = (float *)malloc((size_t)view.count * 3 * sizeof *values), *out;
+    int i, v, w, count, found = 0;
+    ASSERT_OK(springls_chunks_create(ctx, &desc, &chunks));
+    ASSERT_OK(springls_chunks_update(ctx, chunks, &changed, &count));
+    for (i = 0; i < count; i += 5) {
+        out = (float *)malloc((size_t)changed[i].vertex_count * 3 * sizeof *out);
+        ASSERT_OK(springls_chunk_attribute(ctx, &changed[i], attribute, out));
+        for (v = 0; v < changed[i].vertex_count; v += 3)
+            for (w = 0; w < mesh->vertex_count; w++) {
+                if (memcmp(changed[i].positions + 3 * v, mesh->positions + 3 * w, 12) != 0) continue;
+                ASSERT(memcmp(out + 3 * v, of_mesh + 3 * w, 12) == 0);
+                found++;
+            }
+        free(out);
+    }
+    ASSERT_GT(found, 50);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunk_attribute(NULL, changed, attribute, values));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunk_attribute(ctx, changed, 9, values));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunk_attribute(ctx, NULL, attribute, values));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunk_attribute(ctx, changed, attribute, NULL));
+    memcpy(values, view.data, (size_t)view.count * 3 * sizeof *values);
+    values[0] += 1.0f;
+    ASSERT_OK(springls_set_attribute(ctx, attribute, values));
+    ASSERT_OK(springls_chunks_update(ctx, chunks, &changed, &count));
+    ASSERT_IN_RANGE(4.5, (double)count, 3.5); /* the springl's brick and some around */
+    ASSERT_OK(springls_chunks_create(ctx, &without, &bare));
+    ASSERT_OK(springls_chunks_update(ctx, bare, &changed, &count));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunk_attribute(ctx, changed, attribute, values));
+    springls_chunks_destroy(ctx, bare);
+    springls_chunks_destroy(ctx, chunks);
+    free(values);
+    PASS();
+}
+
 /* On vertices: a blended attribute that is the correspondence is the vertex's correspondence, a label one of the labels. */
 TEST vertices_have_the_values_of_springls(void)
 {
@@ -540,6 +582,7 @@ TEST vertices_have_the_values_of_springls(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_mesh_attribute(ctx, &mesh, 9, place));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_mesh_attribute(ctx, NULL, c.place, place));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_mesh_attribute(ctx, &mesh, c.place, NULL));
+    CHECK_CALL(chunks_have_values_of(ctx, &mesh, c.place, place));
     free(place);
     free(label);
     springls_mesh_free(ctx, &mesh);
