@@ -1113,11 +1113,14 @@ static bool live(uint32_t seed, int verbose, random_life *l)
     return good;
 }
 
-/* Returns how many lives are led: a device, and what watches threads or each value, takes ten times the time and more. */
+/* Returns how many lives are led: a device, and what watches threads or each value, takes ten times the time and more; what watches
+   memory takes four times as long. */
 static int life_count(void)
 {
 #if defined(__SANITIZE_THREAD__) || defined(TEST_MEMORY_UNFILLED)
     return LIVES / 10;
+#elif defined(__SANITIZE_ADDRESS__)
+    return fixture_backend() ? LIVES / 10 : LIVES / 3;
 #elif defined(SPRINGLS_NO_SIMD)
     return LIVES / 3; /* what differs there are bits, which other tests compare */
 #else
