@@ -13,7 +13,7 @@ static engine::Options small_game(int threads)
     options.grid = 32;
     options.frames = 40;
     options.threads = threads;
-    options.budget = 1000; /* a step a frame, however slow the machine is */
+    options.budget = 1e6; /* a step a frame, however slow the machine is: ms */
     return options;
 }
 
