@@ -497,6 +497,7 @@
                     is that of all bodies together, whose outside is label 0
      a place        has the label of the body whose signed distance is lowest there, so exactly one: springls_tiling_sample_labels
      a wall         is two sheets of springls, one of each body. Every springl faces a label, which callbacks get beside its own
+     all walls      as one mesh, two labels a triangle, with the edges where three or more meet: springls_tiling_extract
 
    springls_tiling_step moves each body by itself, and then sees to the walls:
 
@@ -510,7 +511,7 @@
    p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
    springls as one, so a tiling takes about as long as two models of that area. Bodies are worked on side by side with tasks.
 
-   Not there yet: backends, windows, snapshots and combinations of whole tilings, meshes with two labels a triangle, and films that break.
+   Not there yet: backends, windows, snapshots and combinations of whole tilings, films that break, and walls that never cross.
 
    A WORLD WITHOUT WALLS
 
@@ -832,12 +833,13 @@
      >>follow_level_set     src/tools/follow_level_set.h
      >>combine              src/tools/combine.h
      >>remodel              src/tools/remodel.h
-     >>decode               src/tiling/decode.h
      >>set_labels           src/tiling/set_labels.h
      >>bodies               src/tiling/bodies.h
-     >>sheets               src/tiling/sheets.h
      >>tiling_step          src/tiling/tiling_step.h
      >>mirror               src/tiling/mirror.h
+     >>sheets               src/tiling/sheets.h
+     >>walls                src/tiling/walls.h
+     >>decode               src/tiling/decode.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
 */
@@ -1012,6 +1014,8 @@
   #define springls_tiling_sample_labels SPRINGLS__NAME(springls_tiling_sample_labels)
   #define springls_tiling_copy_labels SPRINGLS__NAME(springls_tiling_copy_labels)
   #define springls_tiling_measure SPRINGLS__NAME(springls_tiling_measure)
+  #define springls_tiling_extract SPRINGLS__NAME(springls_tiling_extract)
+  #define springls_walls_free SPRINGLS__NAME(springls_walls_free)
   #define springls_tiling_state_hash SPRINGLS__NAME(springls_tiling_state_hash)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
@@ -2255,6 +2259,24 @@ typedef struct springls_tiling_measures {
 
 /* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
+
+/* Holds the walls of a tiling as one mesh, world coordinates. Walls share the vertices where they meet. */
+typedef struct springls_walls {
+    float *positions;  int vertex_count;    /* 3 a vertex                                                            */
+    int *triangles;    int triangle_count;  /* 3 a triangle, counter-clockwise seen from its second label            */
+    int32_t *labels;                        /* 2 a triangle: what is behind it, and what is in front                 */
+    int *edges;        int edge_count;      /* 2 vertices an edge: sides of triangles along which three or more walls meet */
+    int *corners;      int corner_count;    /* vertices where other than two of these edges end                      */
+    size_t bytes;                           /* of the block that holds them                                          */
+} springls_walls;
+
+/* Makes the mesh of all walls, for viewing: one vertex in each cube of voxels that has several labels, so that triangles are few; some may
+   cross where a body is thinner than two voxels. Walls end at the outermost voxels. Free it by springls_walls_free. On failure *walls is
+   all zero. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls);
+
+/* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
+SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
 
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
@@ -33188,7 +33210,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1140 \"springls.h\"\n",
+    "#line 1144 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33302,7 +33324,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2414 \"springls.h\"\n",
+    "#line 2436 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33418,7 +33440,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2531 \"springls.h\"\n",
+    "#line 2553 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33440,7 +33462,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2554 \"springls.h\"\n",
+    "#line 2576 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33455,7 +33477,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2570 \"springls.h\"\n",
+    "#line 2592 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33579,7 +33601,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2694 \"springls.h\"\n",
+    "#line 2716 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33649,7 +33671,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2765 \"springls.h\"\n",
+    "#line 2787 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33869,7 +33891,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2986 \"springls.h\"\n",
+    "#line 3008 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33884,7 +33906,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3001 \"springls.h\"\n",
+    "#line 3023 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34008,14 +34030,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3125 \"springls.h\"\n",
+    "#line 3147 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3133 \"springls.h\"\n",
+    "#line 3155 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34141,7 +34163,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3260 \"springls.h\"\n",
+    "#line 3282 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34196,7 +34218,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3316 \"springls.h\"\n",
+    "#line 3338 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34285,7 +34307,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3406 \"springls.h\"\n",
+    "#line 3428 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34297,7 +34319,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3418 \"springls.h\"\n",
+    "#line 3440 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34312,7 +34334,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3434 \"springls.h\"\n",
+    "#line 3456 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34356,7 +34378,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3478 \"springls.h\"\n",
+    "#line 3500 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34371,7 +34393,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3493 \"springls.h\"\n",
+    "#line 3515 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34415,7 +34437,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3537 \"springls.h\"\n",
+    "#line 3559 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34494,7 +34516,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3616 \"springls.h\"\n",
+    "#line 3638 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34509,7 +34531,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3632 \"springls.h\"\n",
+    "#line 3654 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34576,7 +34598,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3699 \"springls.h\"\n",
+    "#line 3721 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34591,7 +34613,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3714 \"springls.h\"\n",
+    "#line 3736 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34658,7 +34680,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3782 \"springls.h\"\n",
+    "#line 3804 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35043,7 +35065,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4168 \"springls.h\"\n",
+    "#line 4190 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35747,7 +35769,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4873 \"springls.h\"\n",
+    "#line 4895 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36007,7 +36029,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5134 \"springls.h\"\n",
+    "#line 5156 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36209,7 +36231,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5337 \"springls.h\"\n",
+    "#line 5359 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36326,7 +36348,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5455 \"springls.h\"\n",
+    "#line 5477 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36523,7 +36545,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5652 \"springls.h\"\n",
+    "#line 5674 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36538,7 +36560,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5668 \"springls.h\"\n",
+    "#line 5690 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36732,7 +36754,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5862 \"springls.h\"\n",
+    "#line 5884 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36747,7 +36769,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5877 \"springls.h\"\n",
+    "#line 5899 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36941,7 +36963,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6677 \"springls.h\"\n",
+    "#line 6699 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37341,7 +37363,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7078 \"springls.h\"\n",
+    "#line 7100 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37367,7 +37389,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7105 \"springls.h\"\n",
+    "#line 7127 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37455,7 +37477,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7194 \"springls.h\"\n",
+    "#line 7216 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37595,7 +37617,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7335 \"springls.h\"\n",
+    "#line 7357 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37700,7 +37722,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7441 \"springls.h\"\n",
+    "#line 7463 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37932,7 +37954,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7674 \"springls.h\"\n",
+    "#line 7696 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37962,7 +37984,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7704 \"springls.h\"\n",
+    "#line 7726 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37977,7 +37999,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7720 \"springls.h\"\n",
+    "#line 7742 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38146,7 +38168,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7889 \"springls.h\"\n",
+    "#line 7911 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38161,7 +38183,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7904 \"springls.h\"\n",
+    "#line 7926 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38330,7 +38352,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8073 \"springls.h\"\n",
+    "#line 8095 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38384,7 +38406,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8128 \"springls.h\"\n",
+    "#line 8150 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38410,7 +38432,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8154 \"springls.h\"\n",
+    "#line 8176 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38425,7 +38447,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8170 \"springls.h\"\n",
+    "#line 8192 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38508,7 +38530,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8253 \"springls.h\"\n",
+    "#line 8275 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38523,7 +38545,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8268 \"springls.h\"\n",
+    "#line 8290 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38606,7 +38628,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8351 \"springls.h\"\n",
+    "#line 8373 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38680,7 +38702,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8426 \"springls.h\"\n",
+    "#line 8448 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39233,7 +39255,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8980 \"springls.h\"\n",
+    "#line 9002 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39329,7 +39351,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9077 \"springls.h\"\n",
+    "#line 9099 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39450,7 +39472,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9199 \"springls.h\"\n",
+    "#line 9221 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39731,7 +39753,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9481 \"springls.h\"\n",
+    "#line 9503 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39817,7 +39839,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9568 \"springls.h\"\n",
+    "#line 9590 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39960,7 +39982,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9712 \"springls.h\"\n",
+    "#line 9734 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40149,7 +40171,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9902 \"springls.h\"\n",
+    "#line 9924 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40274,7 +40296,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10028 \"springls.h\"\n",
+    "#line 10050 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40308,7 +40330,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10063 \"springls.h\"\n",
+    "#line 10085 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40846,7 +40868,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10602 \"springls.h\"\n",
+    "#line 10624 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -40996,7 +41018,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10753 \"springls.h\"\n",
+    "#line 10775 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41074,7 +41096,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10832 \"springls.h\"\n",
+    "#line 10854 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41323,7 +41345,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11082 \"springls.h\"\n",
+    "#line 11104 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41548,7 +41570,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11308 \"springls.h\"\n",
+    "#line 11330 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41652,7 +41674,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11413 \"springls.h\"\n",
+    "#line 11435 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41749,7 +41771,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11511 \"springls.h\"\n",
+    "#line 11533 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42287,7 +42309,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12050 \"springls.h\"\n",
+    "#line 12072 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42320,7 +42342,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12084 \"springls.h\"\n",
+    "#line 12106 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42345,14 +42367,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12110 \"springls.h\"\n",
+    "#line 12132 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12117 \"springls.h\"\n",
+    "#line 12139 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42367,7 +42389,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12133 \"springls.h\"\n",
+    "#line 12155 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42493,7 +42515,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12259 \"springls.h\"\n",
+    "#line 12281 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42508,7 +42530,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12274 \"springls.h\"\n",
+    "#line 12296 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42634,7 +42656,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12401 \"springls.h\"\n",
+    "#line 12423 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42926,7 +42948,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12694 \"springls.h\"\n",
+    "#line 12716 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43061,7 +43083,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17375 \"springls.h\"\n",
+    "#line 17397 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44124,7 +44146,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18439 \"springls.h\"\n",
+    "#line 18461 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44721,7 +44743,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19037 \"springls.h\"\n",
+    "#line 19059 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45318,7 +45340,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45322 \"springls.h\"\n",
+    "#line 45344 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -48051,170 +48073,6 @@ SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, cons
     return springls__for_bodies(tiling, call, springls__shift_body, NULL);
 }
 
-/* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
-/* decode.h - what label is where: that of the model whose phi is lowest, the lower label where two are equal. The outside of label 0 has
-   phi of all bodies together, negated. So every place has one label, and no body a gap or an overlap beside it. */
-
-/* Makes phi of a body agree with its springls, for reading, and finds the body's box. */
-SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    SPRINGLS__TRY(springls__begin_reading(body->ctx));
-    return springls__look_at_body(tiling, body, arg);
-}
-
-/* The same for all bodies of a tiling that has some. */
-SPRINGLS__FN springls_status springls__read_bodies(springls_tiling *tiling, const char *call)
-{
-    if (tiling->count == 0) return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
-    return springls__for_bodies(tiling, call, springls__read_body, NULL);
-}
-
-/* Returns the number of the body at a place, voxels. Beyond its box and the band phi of a body is that of its outside. */
-SPRINGLS__FN int springls__tiling_body_at(const springls_tiling *tiling, springls__v3 x)
-{
-    float least = 0.0f;
-    int i, found = 0;
-    for (i = 0; i < tiling->count; i++) {
-        const springls__grid *g = &tiling->body[i].ctx->model.grid;
-        float phi;
-        if (i > 0 && !springls__in_reach(&tiling->body[i].box, x, g->far_value + 2.0f)) continue;
-        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
-        if (i > 0 && phi >= least) continue;
-        least = phi;
-        found = i;
-    }
-    return found;
-}
-
-typedef struct springls__labels_query { const springls_tiling *tiling; const float *points; int32_t *out; } springls__labels_query;
-
-SPRINGLS__FN void springls__sample_labels_task(void *arg, int begin, int end)
-{
-    const springls__labels_query *q = (const springls__labels_query *)arg;
-    for (; begin < end; begin++) {
-        const springls__v3 x = springls__world_to_voxel(q->tiling->host, q->points + 3 * (size_t)begin);
-        q->out[begin] = q->tiling->body[springls__tiling_body_at(q->tiling, x)].label;
-    }
-}
-
-SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
-{
-    springls__labels_query q;
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_points(tiling->host, points, count, out, "tiling_sample_labels"));
-    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_sample_labels"));
-    q.tiling = tiling;
-    q.points = points;
-    q.out = out;
-    springls__parallel(tiling->host, count, 256, springls__sample_labels_task, &q);
-    return SPRINGLS_OK;
-}
-
-/* ---- every voxel ---- */
-
-/* Enters a body in the brick of an entry of its top table, wherever its phi is below that of the bodies before it. */
-SPRINGLS__FN void springls__decode_brick(const springls__tiling_body *body, int entry, float *least, int32_t *out)
-{
-    const springls__grid *g = &body->ctx->model.grid;
-    const float *phi = g->phi + (size_t)g->top[entry] * SPRINGLS__BRICK_VOXELS;
-    int o[3], at[3], v;
-    springls__entry_origin(g, entry, o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        const float value = body->sign * phi[v];
-        size_t i;
-        springls__voxel_of_brick(o, v, at);
-        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
-        i = springls__voxel_index(g, at[0], at[1], at[2]);
-        if (body->label != 0 && value >= least[i]) continue;
-        least[i] = value;
-        out[i] = body->label;
-    }
-}
-
-/* Finds the label of every voxel, and the phi of its body, which has been made to agree with the springls. */
-SPRINGLS__FN void springls__decode(const springls_tiling *tiling, float *least, int32_t *out)
-{
-    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
-    size_t v;
-    int i, e;
-    for (v = 0; v < n; v++) {
-        least[v] = -tiling->body[0].ctx->model.grid.far_value;
-        out[v] = 0;
-    }
-    for (i = 0; i < tiling->count; i++) {
-        const springls__grid *g = &tiling->body[i].ctx->model.grid;
-        const int entries = (int)springls__entry_count(g);
-        for (e = 0; e < entries; e++)
-            if (g->top[e] != SPRINGLS__OUTSIDE) springls__decode_brick(&tiling->body[i], e, least, out);
-    }
-}
-
-SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
-{
-    springls__buffer least;
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out) return springls__fail_null(tiling->host, "tiling_copy_labels", "out");
-    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_copy_labels"));
-    memset(&least, 0, sizeof least);
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &least, springls__box_voxels(tiling->host->model.grid.size), sizeof(float), 0));
-    springls__decode(tiling, (float *)least.data, out);
-    springls__buffer_free(tiling->host, &least);
-    return SPRINGLS_OK;
-}
-
-/* ---- measures ---- */
-
-/* Counts the voxels of each label, and measures each body's surface. */
-SPRINGLS__FN springls_status springls__measure_tiling(springls_tiling *tiling, const int32_t *labels, springls_tiling_measures *out)
-{
-    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
-    springls_measures measures;
-    size_t v;
-    int i;
-    for (i = 1; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        const springls_status status = springls_measure(body->ctx, &measures);
-        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, "tiling_measure", body->label, body->ctx);
-        out[i - 1].label = body->label;
-        out[i - 1].springls = springls_count(body->ctx);
-        out[i - 1].voxels = 0;
-        out[i - 1].volume = measures.volume;
-        out[i - 1].area = measures.area;
-    }
-    for (v = 0; v < n; v++)
-        if (labels[v]) out[springls__body_number(tiling, labels[v]) - 1].voxels++;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
-{
-    springls__buffer labels;
-    springls_status status;
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out) return springls__fail_null(tiling->host, "tiling_measure", "out");
-    memset(&labels, 0, sizeof labels);
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &labels, springls__box_voxels(tiling->host->model.grid.size), sizeof(int32_t), 0));
-    status = springls_tiling_copy_labels(tiling, (int32_t *)labels.data);
-    if (status == SPRINGLS_OK) status = springls__measure_tiling(tiling, (const int32_t *)labels.data, out);
-    springls__buffer_free(tiling->host, &labels);
-    return status;
-}
-
-SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
-{
-    uint64_t hash = SPRINGLS__HASH_BEGIN;
-    int i;
-    for (i = 0; tiling && i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
-        const uint64_t of_body = springls_state_hash(body->ctx);
-        const float *facing = springls__facing_values(body);
-        hash = springls__hash(hash, &body->label, sizeof body->label);
-        hash = springls__hash(hash, &of_body, sizeof of_body);
-        if (facing && tiling->facing_known) hash = springls__hash(hash, facing, (size_t)springls_count(body->ctx) * sizeof *facing);
-    }
-    return tiling ? hash : 0;
-}
-
 /* ======== >>mirror  (src/tiling/mirror.h) ====================================================================== */
 /* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its own
    correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
@@ -48592,6 +48450,480 @@ SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int
     facing = springls__facing_values(&tiling->body[number]);
     for (i = 0; i < springls_count(tiling->body[number].ctx); i++) out[i] = facing ? (int32_t)facing[i] : SPRINGLS__NO_LABEL;
     return SPRINGLS_OK;
+}
+
+/* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
+/* decode.h - what label is where: that of the model whose phi is lowest, the lower label where two are equal. The outside of label 0 has
+   phi of all bodies together, negated. So every place has one label, and no body a gap or an overlap beside it. */
+
+/* Makes phi of a body agree with its springls, for reading, and finds the body's box. */
+SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    return springls__look_at_body(tiling, body, arg);
+}
+
+/* The same for all bodies of a tiling that has some. */
+SPRINGLS__FN springls_status springls__read_bodies(springls_tiling *tiling, const char *call)
+{
+    if (tiling->count == 0) return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    return springls__for_bodies(tiling, call, springls__read_body, NULL);
+}
+
+/* Returns the number of the body at a place, voxels. Beyond its box and the band phi of a body is that of its outside. */
+SPRINGLS__FN int springls__tiling_body_at(const springls_tiling *tiling, springls__v3 x)
+{
+    float least = 0.0f;
+    int i, found = 0;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        float phi;
+        if (i > 0 && !springls__in_reach(&tiling->body[i].box, x, g->far_value + 2.0f)) continue;
+        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
+        if (i > 0 && phi >= least) continue;
+        least = phi;
+        found = i;
+    }
+    return found;
+}
+
+typedef struct springls__labels_query { const springls_tiling *tiling; const float *points; int32_t *out; } springls__labels_query;
+
+SPRINGLS__FN void springls__sample_labels_task(void *arg, int begin, int end)
+{
+    const springls__labels_query *q = (const springls__labels_query *)arg;
+    for (; begin < end; begin++) {
+        const springls__v3 x = springls__world_to_voxel(q->tiling->host, q->points + 3 * (size_t)begin);
+        q->out[begin] = q->tiling->body[springls__tiling_body_at(q->tiling, x)].label;
+    }
+}
+
+SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
+{
+    springls__labels_query q;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_points(tiling->host, points, count, out, "tiling_sample_labels"));
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_sample_labels"));
+    q.tiling = tiling;
+    q.points = points;
+    q.out = out;
+    springls__parallel(tiling->host, count, 256, springls__sample_labels_task, &q);
+    return SPRINGLS_OK;
+}
+
+/* ---- every voxel ---- */
+
+/* Enters a body in the brick of an entry of its top table, wherever its phi is below that of the bodies before it. */
+SPRINGLS__FN void springls__decode_brick(const springls__tiling_body *body, int entry, float *least, int32_t *out)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const float *phi = g->phi + (size_t)g->top[entry] * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__entry_origin(g, entry, o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        const float value = body->sign * phi[v];
+        size_t i;
+        springls__voxel_of_brick(o, v, at);
+        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        i = springls__voxel_index(g, at[0], at[1], at[2]);
+        if (body->label != 0 && value >= least[i]) continue;
+        least[i] = value;
+        out[i] = body->label;
+    }
+}
+
+/* Finds the label of every voxel, and the phi of its body, which has been made to agree with the springls. */
+SPRINGLS__FN void springls__decode(const springls_tiling *tiling, float *least, int32_t *out)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    size_t v;
+    int i, e;
+    for (v = 0; v < n; v++) {
+        least[v] = -tiling->body[0].ctx->model.grid.far_value;
+        out[v] = 0;
+    }
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        const int entries = (int)springls__entry_count(g);
+        for (e = 0; e < entries; e++)
+            if (g->top[e] != SPRINGLS__OUTSIDE) springls__decode_brick(&tiling->body[i], e, least, out);
+    }
+}
+
+SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
+{
+    springls__buffer least;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail_null(tiling->host, "tiling_copy_labels", "out");
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_copy_labels"));
+    memset(&least, 0, sizeof least);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &least, springls__box_voxels(tiling->host->model.grid.size), sizeof(float), 0));
+    springls__decode(tiling, (float *)least.data, out);
+    springls__buffer_free(tiling->host, &least);
+    return SPRINGLS_OK;
+}
+
+/* ---- measures ---- */
+
+/* Counts the voxels of each label, and measures each body's surface. */
+SPRINGLS__FN springls_status springls__measure_tiling(springls_tiling *tiling, const int32_t *labels, springls_tiling_measures *out)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    springls_measures measures;
+    size_t v;
+    int i;
+    for (i = 1; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        const springls_status status = springls_measure(body->ctx, &measures);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, "tiling_measure", body->label, body->ctx);
+        out[i - 1].label = body->label;
+        out[i - 1].springls = springls_count(body->ctx);
+        out[i - 1].voxels = 0;
+        out[i - 1].volume = measures.volume;
+        out[i - 1].area = measures.area;
+    }
+    for (v = 0; v < n; v++)
+        if (labels[v]) out[springls__body_number(tiling, labels[v]) - 1].voxels++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
+{
+    springls__buffer labels;
+    springls_status status;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail_null(tiling->host, "tiling_measure", "out");
+    memset(&labels, 0, sizeof labels);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &labels, springls__box_voxels(tiling->host->model.grid.size), sizeof(int32_t), 0));
+    status = springls_tiling_copy_labels(tiling, (int32_t *)labels.data);
+    if (status == SPRINGLS_OK) status = springls__measure_tiling(tiling, (const int32_t *)labels.data, out);
+    springls__buffer_free(tiling->host, &labels);
+    return status;
+}
+
+SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
+{
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
+    int i;
+    for (i = 0; tiling && i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const uint64_t of_body = springls_state_hash(body->ctx);
+        const float *facing = springls__facing_values(body);
+        hash = springls__hash(hash, &body->label, sizeof body->label);
+        hash = springls__hash(hash, &of_body, sizeof of_body);
+        if (facing && tiling->facing_known) hash = springls__hash(hash, facing, (size_t)springls_count(body->ctx) * sizeof *facing);
+    }
+    return tiling ? hash : 0;
+}
+
+/* ======== >>walls  (src/tiling/walls.h) ======================================================================== */
+/* walls.h - the walls of a tiling as one mesh, two labels a triangle, by dual contouring of the labels: a vertex in each cube of eight voxels that
+   are not all of one label, a quad across each pair of neighbouring voxels whose labels differ. So walls meet in the vertices that they
+   share, without cracks.
+
+   A vertex lies where the planes of the walls in its cube meet in least squares. A plane is where the two phi are equal, moved to the
+   middle of the two sheets of springls there, which know it better. */
+
+/* What a cube's vertex is the least-squares solution of: A x = b, A symmetric, and the mean of the places where walls cross its edges. */
+typedef struct springls__wall_planes { double a[6], b[3], mean[3]; int count; } springls__wall_planes;
+
+typedef struct springls__walls_job {
+    const springls_tiling *tiling;
+    const int *size;
+    const int32_t *label; /* of each voxel                                                                            */
+    int *vertex;          /* of the cube from each voxel on; -1: none                                                 */
+    int *cube;            /* of each vertex: its voxel                                                                */
+    float *positions;     /* voxels                                                                                   */
+} springls__walls_job;
+
+SPRINGLS__FN float springls__label_phi(const springls__walls_job *job, int number, const int at[3])
+{
+    const springls__tiling_body *body = &job->tiling->body[number];
+    return body->sign * springls__grid_phi(&body->ctx->model.grid, body->ctx->model.grid.phi, at[0], at[1], at[2]);
+}
+
+/* Returns the slope at x of phi of one body less that of another, of unit length. */
+SPRINGLS__FN springls__v3 springls__wall_normal(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x)
+{
+    const springls__grid *g = &one->ctx->model.grid, *h = &other->ctx->model.grid;
+    const springls__v3 a = springls__scale(springls__grid_gradient(g, g->phi, x), one->sign);
+    return springls__normalize(springls__sub(a, springls__scale(springls__grid_gradient(h, h->phi, x), other->sign)));
+}
+
+/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 where there is none. */
+SPRINGLS__FN float springls__behind_sheets(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x,
+                                           springls__v3 n)
+{
+    const float trusted = 0.6f; /* voxel */
+    float sum = 0.0f, d;
+    int count = 0;
+    if (springls__sheet_distance(one, x, n, &d) && springls__fabs(d) < trusted) {
+        sum += d;
+        count++;
+    }
+    if (springls__sheet_distance(other, x, springls__scale(n, -1.0f), &d) && springls__fabs(d) < trusted) {
+        sum -= d;
+        count++;
+    }
+    return count ? sum / (float)count : 0.0f;
+}
+
+/* Adds the plane of the wall that crosses the edge between two neighbouring voxels along an axis, where their labels differ. */
+SPRINGLS__FN void springls__add_wall_plane(const springls__walls_job *job, const int from[3], int axis, springls__wall_planes *planes)
+{
+    int to[3], numbers[2], k;
+    float xyz[3], f[2], s;
+    springls__v3 x, n;
+    double offset = 0.0, normal[3], at[3];
+    for (k = 0; k < 3; k++) to[k] = from[k] + (k == axis);
+    for (k = 0; k < 2; k++)
+        numbers[k] = springls__body_number(job->tiling, job->label[springls__voxel_index(&job->tiling->host->model.grid, (k ? to : from)[0],
+                                                                                         (k ? to : from)[1], (k ? to : from)[2])]);
+    if (numbers[0] == numbers[1]) return;
+    for (k = 0; k < 2; k++)
+        f[k] = springls__label_phi(job, numbers[0], k ? to : from) - springls__label_phi(job, numbers[1], k ? to : from);
+    s = f[0] < f[1] ? springls__clamp(f[0] / (f[0] - f[1]), 0.0f, 1.0f) : 0.5f;
+    for (k = 0; k < 3; k++) xyz[k] = (float)from[k] + (k == axis ? s : 0.0f);
+    x = springls__load3(xyz);
+    n = springls__wall_normal(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x);
+    for (k = 0; k < 3; k++) planes->mean[k] += (double)xyz[k];
+    planes->count++;
+    x = springls__mad(x, n, -springls__behind_sheets(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x, n));
+    normal[0] = (double)n.x, normal[1] = (double)n.y, normal[2] = (double)n.z;
+    at[0] = (double)x.x, at[1] = (double)x.y, at[2] = (double)x.z;
+    for (k = 0; k < 3; k++) offset += normal[k] * at[k];
+    for (k = 0; k < 3; k++) {
+        planes->a[k] += normal[k] * normal[k];
+        planes->b[k] += normal[k] * offset;
+    }
+    planes->a[3] += normal[0] * normal[1];
+    planes->a[4] += normal[0] * normal[2];
+    planes->a[5] += normal[1] * normal[2];
+}
+
+/* Solves (A + r) d = b - A mean for the vertex mean + d, by Cramer's rule. r holds it near the mean where planes are nearly parallel; with
+   it A is positive definite. */
+SPRINGLS__FN void springls__meet_planes(const springls__wall_planes *p, double vertex[3])
+{
+    const double r = 0.05, *m = p->mean;
+    const double a = p->a[0] + r, b = p->a[1] + r, c = p->a[2] + r, d = p->a[3], e = p->a[4], f = p->a[5];
+    const double u = p->b[0] - (p->a[0] * m[0] + d * m[1] + e * m[2]), v = p->b[1] - (d * m[0] + p->a[1] * m[1] + f * m[2]);
+    const double w = p->b[2] - (e * m[0] + f * m[1] + p->a[2] * m[2]);
+    const double whole = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e);
+    vertex[0] = m[0] + (u * (b * c - f * f) - d * (v * c - f * w) + e * (v * f - b * w)) / whole;
+    vertex[1] = m[1] + (a * (v * c - f * w) - u * (d * c - e * f) + e * (d * w - v * e)) / whole;
+    vertex[2] = m[2] + (a * (b * w - v * f) - d * (d * w - v * e) + u * (d * f - b * e)) / whole;
+}
+
+/* Finds the places of vertices, within their cubes. */
+SPRINGLS__FN void springls__wall_vertex_task(void *arg, int begin, int end)
+{
+    const springls__walls_job *job = (const springls__walls_job *)arg;
+    const double margin = 0.01; /* voxel */
+    const int none[3] = { 0, 0, 0 };
+    for (; begin < end; begin++) {
+        springls__wall_planes planes;
+        double vertex[3];
+        int o[3], from[3], e, k;
+        memset(&planes, 0, sizeof planes);
+        springls__place_in_box(none, job->size, (size_t)job->cube[begin], o);
+        for (e = 0; e < 12; e++) {
+            const int axis = e / 4;
+            for (k = 0; k < 3; k++) from[k] = o[k];
+            from[(axis + 1) % 3] += e & 1;
+            from[(axis + 2) % 3] += e >> 1 & 1;
+            springls__add_wall_plane(job, from, axis, &planes);
+        }
+        for (k = 0; k < 3; k++) planes.mean[k] /= (double)planes.count;
+        springls__meet_planes(&planes, vertex);
+        for (k = 0; k < 3; k++) {
+            const double lower = (double)o[k] + margin, upper = (double)(o[k] + 1) - margin;
+            job->positions[3 * begin + k] = (float)(vertex[k] < lower ? lower : vertex[k] > upper ? upper : vertex[k]);
+        }
+    }
+}
+
+/* ---- vertices, triangles, edges: counted with NULL, then written ---- */
+
+SPRINGLS__FN int32_t springls__label_at(const springls__walls_job *job, const int at[3])
+{
+    return job->label[springls__voxel_index(&job->tiling->host->model.grid, at[0], at[1], at[2])];
+}
+
+/* Returns the vertex of the cube that begins at a voxel. */
+SPRINGLS__FN int springls__vertex_at(const springls__walls_job *job, const int at[3])
+{
+    return job->vertex[springls__voxel_index(&job->tiling->host->model.grid, at[0], at[1], at[2])];
+}
+
+/* Numbers the cubes whose voxels have several labels; returns how many there are. */
+SPRINGLS__FN int springls__number_cubes(const springls__walls_job *job)
+{
+    const size_t n = springls__box_voxels(job->size);
+    const int none[3] = { 0, 0, 0 };
+    size_t v;
+    int count = 0, o[3], at[3], c, k;
+    for (v = 0; v < n; v++) {
+        bool mixed = false;
+        job->vertex[v] = -1;
+        springls__place_in_box(none, job->size, v, o);
+        if (o[0] + 1 >= job->size[0] || o[1] + 1 >= job->size[1] || o[2] + 1 >= job->size[2]) continue;
+        for (c = 1; c < 8 && !mixed; c++) {
+            for (k = 0; k < 3; k++) at[k] = o[k] + (c >> k & 1);
+            mixed = springls__label_at(job, at) != job->label[v];
+        }
+        if (!mixed) continue;
+        job->cube[count] = (int)v;
+        job->vertex[v] = count++;
+    }
+    return count;
+}
+
+SPRINGLS__FN float springls__vertex_distance2(const float *positions, int a, int b)
+{
+    return springls__length2(springls__sub(springls__load3(positions + 3 * (size_t)a), springls__load3(positions + 3 * (size_t)b)));
+}
+
+/* Adds the quad across the pair of voxels from `at` on along an axis, two triangles along its shorter diagonal. */
+SPRINGLS__FN void springls__add_quad(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    static const int around[4][2] = { { -1, -1 }, { 0, -1 }, { 0, 0 }, { -1, 0 } }; /* counter-clockwise seen along the axis */
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3, mirrored = springls__is_mirrored(job->tiling->host);
+    int corner[4], cube[3], to[3], first, k;
+    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
+    if (springls__label_at(job, at) == springls__label_at(job, to)) return;
+    if (walls->triangles) {
+        int *triangle = walls->triangles + 3 * (size_t)walls->triangle_count;
+        int32_t *labels = walls->labels + 2 * (size_t)walls->triangle_count;
+        for (k = 0; k < 4; k++) {
+            memcpy(cube, at, sizeof cube);
+            cube[u] += around[k][0];
+            cube[v] += around[k][1];
+            corner[mirrored ? 3 - k : k] = springls__vertex_at(job, cube);
+        }
+        first = springls__vertex_distance2(job->positions, corner[1], corner[3])
+              < springls__vertex_distance2(job->positions, corner[0], corner[2]);
+        for (k = 0; k < 3; k++) {
+            triangle[k] = corner[(first + k) % 4];
+            triangle[3 + k] = corner[(first + (k ? k + 1 : 0)) % 4];
+        }
+        labels[0] = labels[2] = springls__label_at(job, at);
+        labels[1] = labels[3] = springls__label_at(job, to);
+    }
+    walls->triangle_count += 2;
+}
+
+/* Adds the edge between the cubes on both sides of the four voxels from `at` on across an axis, where three walls or four meet. */
+SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    int32_t label[4];
+    int corner[3], k, meeting = 0;
+    for (k = 0; k < 4; k++) {
+        memcpy(corner, at, sizeof corner);
+        corner[u] += (k == 1 || k == 2);
+        corner[v] += k >> 1;
+        label[k] = springls__label_at(job, corner);
+    }
+    for (k = 0; k < 4; k++) meeting += label[k] != label[(k + 1) % 4];
+    if (meeting < 3) return;
+    if (walls->edges) {
+        memcpy(corner, at, sizeof corner);
+        corner[axis]--;
+        walls->edges[2 * walls->edge_count] = springls__vertex_at(job, corner);
+        walls->edges[2 * walls->edge_count + 1] = springls__vertex_at(job, at);
+    }
+    walls->edge_count++;
+}
+
+/* Counts the triangles and edges or, where there is room for them, writes them. Those that would need cubes beyond the outermost voxels are
+   left out. */
+SPRINGLS__FN void springls__add_walls(const springls__walls_job *job, springls_walls *walls)
+{
+    int at[3], axis;
+    walls->triangle_count = walls->edge_count = 0;
+    for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
+        for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
+            for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
+                for (axis = 0; axis < 3; axis++) {
+                    springls__add_quad(job, at, axis, walls);
+                    springls__add_wall_edge(job, at, axis, walls);
+                }
+}
+
+/* Lists the vertices where other than two edges end; `ends` has a number for each vertex. */
+SPRINGLS__FN void springls__list_corners(springls_walls *walls, int *ends)
+{
+    int i;
+    memset(ends, 0, (size_t)walls->vertex_count * sizeof *ends);
+    for (i = 0; i < 2 * walls->edge_count; i++) ends[walls->edges[i]]++;
+    for (i = 0; i < walls->vertex_count; i++)
+        if (ends[i] != 0 && ends[i] != 2) walls->corners[walls->corner_count++] = i;
+}
+
+/* Lays the arrays of walls whose counts are known into one block; there are at most as many corners as ends of edges. */
+SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, springls_walls *walls)
+{
+    const size_t vertices = (size_t)walls->vertex_count, triangles = (size_t)walls->triangle_count, edges = (size_t)walls->edge_count;
+    int *at;
+    walls->bytes = (3 * vertices + 5 * triangles + 4 * edges + 1) * sizeof(int);
+    at = (int *)springls__allocate(tiling->host, walls->bytes);
+    if (!at) {
+        memset(walls, 0, sizeof *walls);
+        return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "tiling_extract: out of memory");
+    }
+    walls->positions = (float *)(void *)at;
+    walls->triangles = at + 3 * vertices;
+    walls->labels = (int32_t *)(void *)(walls->triangles + 3 * triangles);
+    walls->edges = (int *)(void *)(walls->labels + 2 * triangles);
+    walls->corners = walls->edges + 2 * edges;
+    return SPRINGLS_OK;
+}
+
+/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes. */
+SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[3], springls_walls *walls)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    springls__walls_job job;
+    int i;
+    for (i = 0; i < 3; i++) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &buffers[i], n, sizeof(int), 0));
+    springls__decode(tiling, (float *)buffers[1].data, (int32_t *)buffers[0].data);
+    job.tiling = tiling;
+    job.size = tiling->host->model.grid.size;
+    job.label = (const int32_t *)buffers[0].data;
+    job.vertex = (int *)buffers[1].data;
+    job.cube = (int *)buffers[2].data;
+    walls->vertex_count = springls__number_cubes(&job);
+    springls__add_walls(&job, walls);
+    SPRINGLS__TRY(springls__walls_reserve(tiling, walls));
+    job.positions = walls->positions;
+    springls__parallel(tiling->host, walls->vertex_count, 64, springls__wall_vertex_task, &job);
+    springls__add_walls(&job, walls);
+    springls__list_corners(walls, job.cube);
+    springls_to_world(tiling->host, walls->positions, walls->vertex_count, walls->positions);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+{
+    springls__buffer buffers[3];
+    springls_status status;
+    int i;
+    if (walls) memset(walls, 0, sizeof *walls);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
+    memset(buffers, 0, sizeof buffers);
+    status = springls__extract_walls(tiling, buffers, walls);
+    for (i = 0; i < 3; i++) springls__buffer_free(tiling->host, &buffers[i]);
+    return status;
+}
+
+SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
+{
+    if (!tiling || !walls) return;
+    springls__release(tiling->host, walls->positions, walls->bytes);
+    memset(walls, 0, sizeof *walls);
 }
 
 #if defined(SPRINGLS__FLOAT_CONTROL)

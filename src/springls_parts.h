@@ -49,9 +49,9 @@
 #include "output/kernel_source.h"
 #include "tools/follow_level_set.h"
 #include "tools/remodel.h"
-#include "tiling/decode.h"
 #include "tiling/set_labels.h"
 #include "tiling/tiling_step.h"
+#include "tiling/walls.h"
 
 #if defined(SPRINGLS__FLOAT_CONTROL)
 #pragma float_control(pop)

@@ -1156,6 +1156,24 @@ typedef struct springls_tiling_measures {
 /* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
 
+/* Holds the walls of a tiling as one mesh, world coordinates. Walls share the vertices where they meet. */
+typedef struct springls_walls {
+    float *positions;  int vertex_count;    /* 3 a vertex                                                            */
+    int *triangles;    int triangle_count;  /* 3 a triangle, counter-clockwise seen from its second label            */
+    int32_t *labels;                        /* 2 a triangle: what is behind it, and what is in front                 */
+    int *edges;        int edge_count;      /* 2 vertices an edge: sides of triangles along which three or more walls meet */
+    int *corners;      int corner_count;    /* vertices where other than two of these edges end                      */
+    size_t bytes;                           /* of the block that holds them                                          */
+} springls_walls;
+
+/* Makes the mesh of all walls, for viewing: one vertex in each cube of voxels that has several labels, so that triangles are few; some may
+   cross where a body is thinner than two voxels. Walls end at the outermost voxels. Free it by springls_walls_free. On failure *walls is
+   all zero. EMPTY_MODEL: there are no bodies. */
+SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls);
+
+/* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
+SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
 

@@ -512,6 +512,7 @@
                     is that of all bodies together, whose outside is label 0
      a place        has the label of the body whose signed distance is lowest there, so exactly one: springls_tiling_sample_labels
      a wall         is two sheets of springls, one of each body. Every springl faces a label, which callbacks get beside its own
+     all walls      as one mesh, two labels a triangle, with the edges where three or more meet: springls_tiling_extract
 
    springls_tiling_step moves each body by itself, and then sees to the walls:
 
@@ -525,7 +526,7 @@
    p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
    springls as one, so a tiling takes about as long as two models of that area. Bodies are worked on side by side with tasks.
 
-   Not there yet: backends, windows, snapshots and combinations of whole tilings, meshes with two labels a triangle, and films that break.
+   Not there yet: backends, windows, snapshots and combinations of whole tilings, films that break, and walls that never cross.
 
 
    A WORLD WITHOUT WALLS

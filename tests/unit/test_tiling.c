@@ -131,6 +131,101 @@ TEST little_labels_are_kept(int smooth)
     PASS();
 }
 
+/* ---- walls ---- */
+
+typedef struct side { int a, b, triangles; } side; /* of triangles, a < b */
+
+static int compare_sides(const void *x, const void *y)
+{
+    const side *p = (const side *)x, *q = (const side *)y;
+    return p->a != q->a ? (p->a > q->a) - (p->a < q->a) : (p->b > q->b) - (p->b < q->b);
+}
+
+/* Lists the sides of all triangles, each once; returns how many there are. */
+static int sides_of(const springls_walls *walls, side *sides)
+{
+    int i, k, n = 0, count = 0;
+    for (i = 0; i < walls->triangle_count; i++)
+        for (k = 0; k < 3; k++, n++) {
+            const int a = walls->triangles[3 * i + k], b = walls->triangles[3 * i + (k + 1) % 3];
+            sides[n].a = a < b ? a : b;
+            sides[n].b = a < b ? b : a;
+            sides[n].triangles = 1;
+        }
+    qsort(sides, (size_t)n, sizeof *sides, compare_sides);
+    for (i = 0; i < n; i++) {
+        if (count && compare_sides(&sides[count - 1], &sides[i]) == 0) sides[count - 1].triangles++;
+        else sides[count++] = sides[i];
+    }
+    return count;
+}
+
+/* The volume that a label has by the walls: each is its boundary on one side. */
+static double volume_by_walls(const springls_walls *walls, int32_t label)
+{
+    double volume = 0.0;
+    int i, k;
+    for (i = 0; i < walls->triangle_count; i++) {
+        const double sign = (double)(walls->labels[2 * i] == label) - (double)(walls->labels[2 * i + 1] == label);
+        d3 p[3];
+        for (k = 0; k < 3; k++) {
+            const float *x = walls->positions + 3 * walls->triangles[3 * i + k];
+            p[k] = d3_make((double)x[0], (double)x[1], (double)x[2]);
+        }
+        volume += sign * d3_dot(p[0], d3_cross(p[1], p[2])) / 6.0;
+    }
+    return volume;
+}
+
+/* Walls of three bodies in a ball: two triangles at each side but for edges, which have three or more, in one line that forks at two corners
+   or more; volumes are those of the voxels, and every triangle separates the labels on its two sides. */
+TEST walls_meet_in_edges(int smooth)
+{
+    static int32_t labels[VOXELS];
+    static const int32_t name[3] = { 3, 70, 65535 };
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_measures measures[3];
+    springls_walls walls, none;
+    side *sides;
+    int i, k, count, many = 0, open = 0;
+    three_labels(labels, SIZE, 9.3f);
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_extract(tiling, &walls));
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, smooth));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_extract(tiling, NULL));
+    ASSERT_OK(springls_tiling_extract(tiling, &walls));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    sides = (side *)malloc(3 * (size_t)walls.triangle_count * sizeof *sides);
+    count = sides_of(&walls, sides);
+    for (i = 0; i < count; i++) {
+        many += sides[i].triangles > 2;
+        open += sides[i].triangles < 2;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %d triangles, %d edges, %d corners\n", walls.triangle_count, walls.edge_count, walls.corner_count);
+    ASSERT_EQ(0, open);
+    ASSERT_EQ(walls.edge_count, many);
+    ASSERT_GT(walls.edge_count, 40);
+    ASSERT_GT(walls.corner_count, 1);
+    for (i = 0; i < walls.edge_count; i++) {
+        side edge;
+        const side *found;
+        edge.a = walls.edges[2 * i] < walls.edges[2 * i + 1] ? walls.edges[2 * i] : walls.edges[2 * i + 1];
+        edge.b = walls.edges[2 * i] + walls.edges[2 * i + 1] - edge.a;
+        found = (const side *)bsearch(&edge, sides, (size_t)count, sizeof *sides, compare_sides);
+        ASSERT(found && found->triangles > 2);
+    }
+    for (i = 0; i < walls.triangle_count; i++) ASSERT(walls.labels[2 * i] != walls.labels[2 * i + 1]);
+    for (k = 0; k < 3; k++)
+        ASSERT_IN_RANGE((double)measures[k].voxels, volume_by_walls(&walls, name[k]), (smooth ? 0.06 : 0.03) * (double)measures[k].voxels);
+    free(sides);
+    springls_walls_free(tiling, &walls);
+    memset(&none, 0, sizeof none);
+    ASSERT_MEM_EQ(&none, &walls, sizeof none);
+    springls_walls_free(tiling, NULL);
+    springls_walls_free(NULL, &walls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* ---- motion ---- */
 
 /* A swirl about the grid's middle that is faster inside, back and forth: all labels share it. */
@@ -419,13 +514,15 @@ TEST wrong_calls_are_refused(void)
 /* ---- memory that runs out ---- */
 
 enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
-       CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALLS };
+       CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract, CALLS };
 
 static springls_status call_of(springls_tiling *tiling, int call)
 {
     static int32_t labels[BALL_VOXELS];
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
     springls_tiling_measures measures[8];
+    springls_walls walls;
+    springls_status status;
     float point[3] = { 12.0f, 12.0f, 12.0f };
     part ball = part_at(18.9f, 18.7f, 18.8f, 2.5f, 0);
     step.velocity = swirl;
@@ -439,6 +536,10 @@ static springls_status call_of(springls_tiling *tiling, int call)
     case CALL_tiling_sample_labels: return springls_tiling_sample_labels(tiling, point, 1, labels);
     case CALL_tiling_copy_labels: return springls_tiling_copy_labels(tiling, labels);
     case CALL_tiling_measure: return springls_tiling_measure(tiling, measures);
+    case CALL_tiling_extract:
+        status = springls_tiling_extract(tiling, &walls);
+        springls_walls_free(tiling, &walls);
+        return status;
     default: return SPRINGLS_OK;
     }
 }
@@ -504,6 +605,8 @@ int main(int argc, char **argv)
     RUN_TESTp(voxels_keep_their_labels, 3);
     RUN_TESTp(little_labels_are_kept, 0);
     RUN_TESTp(little_labels_are_kept, 4);
+    RUN_TESTp(walls_meet_in_edges, 0);
+    RUN_TESTp(walls_meet_in_edges, 2);
     RUN_TEST(walls_stay_closed);
     RUN_TEST(bodies_meet);
     RUN_TEST(bodies_vanish);

@@ -1,0 +1,315 @@
+/* walls.h - the walls of a tiling as one mesh, two labels a triangle, by dual contouring of the labels: a vertex in each cube of eight voxels that
+   are not all of one label, a quad across each pair of neighbouring voxels whose labels differ. So walls meet in the vertices that they
+   share, without cracks.
+
+   A vertex lies where the planes of the walls in its cube meet in least squares. A plane is where the two phi are equal, moved to the
+   middle of the two sheets of springls there, which know it better. */
+#ifndef SPRINGLS__TILING_WALLS_H
+#define SPRINGLS__TILING_WALLS_H
+
+#include "decode.h"
+#include "sheets.h"
+
+/* What a cube's vertex is the least-squares solution of: A x = b, A symmetric, and the mean of the places where walls cross its edges. */
+typedef struct springls__wall_planes { double a[6], b[3], mean[3]; int count; } springls__wall_planes;
+
+typedef struct springls__walls_job {
+    const springls_tiling *tiling;
+    const int *size;
+    const int32_t *label; /* of each voxel                                                                            */
+    int *vertex;          /* of the cube from each voxel on; -1: none                                                 */
+    int *cube;            /* of each vertex: its voxel                                                                */
+    float *positions;     /* voxels                                                                                   */
+} springls__walls_job;
+
+SPRINGLS__FN float springls__label_phi(const springls__walls_job *job, int number, const int at[3])
+{
+    const springls__tiling_body *body = &job->tiling->body[number];
+    return body->sign * springls__grid_phi(&body->ctx->model.grid, body->ctx->model.grid.phi, at[0], at[1], at[2]);
+}
+
+/* Returns the slope at x of phi of one body less that of another, of unit length. */
+SPRINGLS__FN springls__v3 springls__wall_normal(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x)
+{
+    const springls__grid *g = &one->ctx->model.grid, *h = &other->ctx->model.grid;
+    const springls__v3 a = springls__scale(springls__grid_gradient(g, g->phi, x), one->sign);
+    return springls__normalize(springls__sub(a, springls__scale(springls__grid_gradient(h, h->phi, x), other->sign)));
+}
+
+/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 where there is none. */
+SPRINGLS__FN float springls__behind_sheets(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x,
+                                           springls__v3 n)
+{
+    const float trusted = 0.6f; /* voxel */
+    float sum = 0.0f, d;
+    int count = 0;
+    if (springls__sheet_distance(one, x, n, &d) && springls__fabs(d) < trusted) {
+        sum += d;
+        count++;
+    }
+    if (springls__sheet_distance(other, x, springls__scale(n, -1.0f), &d) && springls__fabs(d) < trusted) {
+        sum -= d;
+        count++;
+    }
+    return count ? sum / (float)count : 0.0f;
+}
+
+/* Adds the plane of the wall that crosses the edge between two neighbouring voxels along an axis, where their labels differ. */
+SPRINGLS__FN void springls__add_wall_plane(const springls__walls_job *job, const int from[3], int axis, springls__wall_planes *planes)
+{
+    int to[3], numbers[2], k;
+    float xyz[3], f[2], s;
+    springls__v3 x, n;
+    double offset = 0.0, normal[3], at[3];
+    for (k = 0; k < 3; k++) to[k] = from[k] + (k == axis);
+    for (k = 0; k < 2; k++)
+        numbers[k] = springls__body_number(job->tiling, job->label[springls__voxel_index(&job->tiling->host->model.grid, (k ? to : from)[0],
+                                                                                         (k ? to : from)[1], (k ? to : from)[2])]);
+    if (numbers[0] == numbers[1]) return;
+    for (k = 0; k < 2; k++)
+        f[k] = springls__label_phi(job, numbers[0], k ? to : from) - springls__label_phi(job, numbers[1], k ? to : from);
+    s = f[0] < f[1] ? springls__clamp(f[0] / (f[0] - f[1]), 0.0f, 1.0f) : 0.5f;
+    for (k = 0; k < 3; k++) xyz[k] = (float)from[k] + (k == axis ? s : 0.0f);
+    x = springls__load3(xyz);
+    n = springls__wall_normal(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x);
+    for (k = 0; k < 3; k++) planes->mean[k] += (double)xyz[k];
+    planes->count++;
+    x = springls__mad(x, n, -springls__behind_sheets(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x, n));
+    normal[0] = (double)n.x, normal[1] = (double)n.y, normal[2] = (double)n.z;
+    at[0] = (double)x.x, at[1] = (double)x.y, at[2] = (double)x.z;
+    for (k = 0; k < 3; k++) offset += normal[k] * at[k];
+    for (k = 0; k < 3; k++) {
+        planes->a[k] += normal[k] * normal[k];
+        planes->b[k] += normal[k] * offset;
+    }
+    planes->a[3] += normal[0] * normal[1];
+    planes->a[4] += normal[0] * normal[2];
+    planes->a[5] += normal[1] * normal[2];
+}
+
+/* Solves (A + r) d = b - A mean for the vertex mean + d, by Cramer's rule. r holds it near the mean where planes are nearly parallel; with
+   it A is positive definite. */
+SPRINGLS__FN void springls__meet_planes(const springls__wall_planes *p, double vertex[3])
+{
+    const double r = 0.05, *m = p->mean;
+    const double a = p->a[0] + r, b = p->a[1] + r, c = p->a[2] + r, d = p->a[3], e = p->a[4], f = p->a[5];
+    const double u = p->b[0] - (p->a[0] * m[0] + d * m[1] + e * m[2]), v = p->b[1] - (d * m[0] + p->a[1] * m[1] + f * m[2]);
+    const double w = p->b[2] - (e * m[0] + f * m[1] + p->a[2] * m[2]);
+    const double whole = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e);
+    vertex[0] = m[0] + (u * (b * c - f * f) - d * (v * c - f * w) + e * (v * f - b * w)) / whole;
+    vertex[1] = m[1] + (a * (v * c - f * w) - u * (d * c - e * f) + e * (d * w - v * e)) / whole;
+    vertex[2] = m[2] + (a * (b * w - v * f) - d * (d * w - v * e) + u * (d * f - b * e)) / whole;
+}
+
+/* Finds the places of vertices, within their cubes. */
+SPRINGLS__FN void springls__wall_vertex_task(void *arg, int begin, int end)
+{
+    const springls__walls_job *job = (const springls__walls_job *)arg;
+    const double margin = 0.01; /* voxel */
+    const int none[3] = { 0, 0, 0 };
+    for (; begin < end; begin++) {
+        springls__wall_planes planes;
+        double vertex[3];
+        int o[3], from[3], e, k;
+        memset(&planes, 0, sizeof planes);
+        springls__place_in_box(none, job->size, (size_t)job->cube[begin], o);
+        for (e = 0; e < 12; e++) {
+            const int axis = e / 4;
+            for (k = 0; k < 3; k++) from[k] = o[k];
+            from[(axis + 1) % 3] += e & 1;
+            from[(axis + 2) % 3] += e >> 1 & 1;
+            springls__add_wall_plane(job, from, axis, &planes);
+        }
+        for (k = 0; k < 3; k++) planes.mean[k] /= (double)planes.count;
+        springls__meet_planes(&planes, vertex);
+        for (k = 0; k < 3; k++) {
+            const double lower = (double)o[k] + margin, upper = (double)(o[k] + 1) - margin;
+            job->positions[3 * begin + k] = (float)(vertex[k] < lower ? lower : vertex[k] > upper ? upper : vertex[k]);
+        }
+    }
+}
+
+/* ---- vertices, triangles, edges: counted with NULL, then written ---- */
+
+SPRINGLS__FN int32_t springls__label_at(const springls__walls_job *job, const int at[3])
+{
+    return job->label[springls__voxel_index(&job->tiling->host->model.grid, at[0], at[1], at[2])];
+}
+
+/* Returns the vertex of the cube that begins at a voxel. */
+SPRINGLS__FN int springls__vertex_at(const springls__walls_job *job, const int at[3])
+{
+    return job->vertex[springls__voxel_index(&job->tiling->host->model.grid, at[0], at[1], at[2])];
+}
+
+/* Numbers the cubes whose voxels have several labels; returns how many there are. */
+SPRINGLS__FN int springls__number_cubes(const springls__walls_job *job)
+{
+    const size_t n = springls__box_voxels(job->size);
+    const int none[3] = { 0, 0, 0 };
+    size_t v;
+    int count = 0, o[3], at[3], c, k;
+    for (v = 0; v < n; v++) {
+        bool mixed = false;
+        job->vertex[v] = -1;
+        springls__place_in_box(none, job->size, v, o);
+        if (o[0] + 1 >= job->size[0] || o[1] + 1 >= job->size[1] || o[2] + 1 >= job->size[2]) continue;
+        for (c = 1; c < 8 && !mixed; c++) {
+            for (k = 0; k < 3; k++) at[k] = o[k] + (c >> k & 1);
+            mixed = springls__label_at(job, at) != job->label[v];
+        }
+        if (!mixed) continue;
+        job->cube[count] = (int)v;
+        job->vertex[v] = count++;
+    }
+    return count;
+}
+
+SPRINGLS__FN float springls__vertex_distance2(const float *positions, int a, int b)
+{
+    return springls__length2(springls__sub(springls__load3(positions + 3 * (size_t)a), springls__load3(positions + 3 * (size_t)b)));
+}
+
+/* Adds the quad across the pair of voxels from `at` on along an axis, two triangles along its shorter diagonal. */
+SPRINGLS__FN void springls__add_quad(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    static const int around[4][2] = { { -1, -1 }, { 0, -1 }, { 0, 0 }, { -1, 0 } }; /* counter-clockwise seen along the axis */
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3, mirrored = springls__is_mirrored(job->tiling->host);
+    int corner[4], cube[3], to[3], first, k;
+    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
+    if (springls__label_at(job, at) == springls__label_at(job, to)) return;
+    if (walls->triangles) {
+        int *triangle = walls->triangles + 3 * (size_t)walls->triangle_count;
+        int32_t *labels = walls->labels + 2 * (size_t)walls->triangle_count;
+        for (k = 0; k < 4; k++) {
+            memcpy(cube, at, sizeof cube);
+            cube[u] += around[k][0];
+            cube[v] += around[k][1];
+            corner[mirrored ? 3 - k : k] = springls__vertex_at(job, cube);
+        }
+        first = springls__vertex_distance2(job->positions, corner[1], corner[3])
+              < springls__vertex_distance2(job->positions, corner[0], corner[2]);
+        for (k = 0; k < 3; k++) {
+            triangle[k] = corner[(first + k) % 4];
+            triangle[3 + k] = corner[(first + (k ? k + 1 : 0)) % 4];
+        }
+        labels[0] = labels[2] = springls__label_at(job, at);
+        labels[1] = labels[3] = springls__label_at(job, to);
+    }
+    walls->triangle_count += 2;
+}
+
+/* Adds the edge between the cubes on both sides of the four voxels from `at` on across an axis, where three walls or four meet. */
+SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    int32_t label[4];
+    int corner[3], k, meeting = 0;
+    for (k = 0; k < 4; k++) {
+        memcpy(corner, at, sizeof corner);
+        corner[u] += (k == 1 || k == 2);
+        corner[v] += k >> 1;
+        label[k] = springls__label_at(job, corner);
+    }
+    for (k = 0; k < 4; k++) meeting += label[k] != label[(k + 1) % 4];
+    if (meeting < 3) return;
+    if (walls->edges) {
+        memcpy(corner, at, sizeof corner);
+        corner[axis]--;
+        walls->edges[2 * walls->edge_count] = springls__vertex_at(job, corner);
+        walls->edges[2 * walls->edge_count + 1] = springls__vertex_at(job, at);
+    }
+    walls->edge_count++;
+}
+
+/* Counts the triangles and edges or, where there is room for them, writes them. Those that would need cubes beyond the outermost voxels are
+   left out. */
+SPRINGLS__FN void springls__add_walls(const springls__walls_job *job, springls_walls *walls)
+{
+    int at[3], axis;
+    walls->triangle_count = walls->edge_count = 0;
+    for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
+        for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
+            for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
+                for (axis = 0; axis < 3; axis++) {
+                    springls__add_quad(job, at, axis, walls);
+                    springls__add_wall_edge(job, at, axis, walls);
+                }
+}
+
+/* Lists the vertices where other than two edges end; `ends` has a number for each vertex. */
+SPRINGLS__FN void springls__list_corners(springls_walls *walls, int *ends)
+{
+    int i;
+    memset(ends, 0, (size_t)walls->vertex_count * sizeof *ends);
+    for (i = 0; i < 2 * walls->edge_count; i++) ends[walls->edges[i]]++;
+    for (i = 0; i < walls->vertex_count; i++)
+        if (ends[i] != 0 && ends[i] != 2) walls->corners[walls->corner_count++] = i;
+}
+
+/* Lays the arrays of walls whose counts are known into one block; there are at most as many corners as ends of edges. */
+SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, springls_walls *walls)
+{
+    const size_t vertices = (size_t)walls->vertex_count, triangles = (size_t)walls->triangle_count, edges = (size_t)walls->edge_count;
+    int *at;
+    walls->bytes = (3 * vertices + 5 * triangles + 4 * edges + 1) * sizeof(int);
+    at = (int *)springls__allocate(tiling->host, walls->bytes);
+    if (!at) {
+        memset(walls, 0, sizeof *walls);
+        return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "tiling_extract: out of memory");
+    }
+    walls->positions = (float *)(void *)at;
+    walls->triangles = at + 3 * vertices;
+    walls->labels = (int32_t *)(void *)(walls->triangles + 3 * triangles);
+    walls->edges = (int *)(void *)(walls->labels + 2 * triangles);
+    walls->corners = walls->edges + 2 * edges;
+    return SPRINGLS_OK;
+}
+
+/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes. */
+SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[3], springls_walls *walls)
+{
+    const size_t n = springls__box_voxels(tiling->host->model.grid.size);
+    springls__walls_job job;
+    int i;
+    for (i = 0; i < 3; i++) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &buffers[i], n, sizeof(int), 0));
+    springls__decode(tiling, (float *)buffers[1].data, (int32_t *)buffers[0].data);
+    job.tiling = tiling;
+    job.size = tiling->host->model.grid.size;
+    job.label = (const int32_t *)buffers[0].data;
+    job.vertex = (int *)buffers[1].data;
+    job.cube = (int *)buffers[2].data;
+    walls->vertex_count = springls__number_cubes(&job);
+    springls__add_walls(&job, walls);
+    SPRINGLS__TRY(springls__walls_reserve(tiling, walls));
+    job.positions = walls->positions;
+    springls__parallel(tiling->host, walls->vertex_count, 64, springls__wall_vertex_task, &job);
+    springls__add_walls(&job, walls);
+    springls__list_corners(walls, job.cube);
+    springls_to_world(tiling->host, walls->positions, walls->vertex_count, walls->positions);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+{
+    springls__buffer buffers[3];
+    springls_status status;
+    int i;
+    if (walls) memset(walls, 0, sizeof *walls);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
+    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
+    memset(buffers, 0, sizeof buffers);
+    status = springls__extract_walls(tiling, buffers, walls);
+    for (i = 0; i < 3; i++) springls__buffer_free(tiling->host, &buffers[i]);
+    return status;
+}
+
+SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
+{
+    if (!tiling || !walls) return;
+    springls__release(tiling->host, walls->positions, walls->bytes);
+    memset(walls, 0, sizeof *walls);
+}
+
+#endif
