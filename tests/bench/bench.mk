@@ -19,6 +19,7 @@ bench_motions_USES      = springls surface
 bench_frames_USES       = springls
 bench_memory_USES       = springls
 bench_queries_USES      = springls
+bench_tilings_USES      = springls
 bench_turns_USES        = springls
 bench_prepare_USES      = imaging
 bench_vtk_to_nifti_USES = imaging
@@ -46,7 +47,7 @@ define bench_file_rule
 build/bench/$(1): tests/bench/$(1).c $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
 	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -MMD -MP -MF $$@.d -o $$@ $$(filter %.c %.a,$$^) $(call folder_libs,$(bench_$(1)_USES))
 endef
-BENCH_FILES := frames memory queries turns prepare vtk_to_nifti
+BENCH_FILES := frames memory queries tilings turns prepare vtk_to_nifti
 $(foreach p,$(BENCH_FILES),$(eval $(call bench_file_rule,$(p))))
 
 build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
@@ -98,6 +99,10 @@ surface: deps-examples   ## docs/surface.md: the watertight surface of known sha
 ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation
 	@build/bench/ablation
+
+tilings: deps-examples   ## many bodies in one space: walls in a flow beside exact ones, cost, a hundred balls that meet (PAGE=docs/tilings.md)
+	@$(MAKE) --no-print-directory build/bench/tilings
+	@build/bench/tilings $(PAGE)
 
 motions: deps-examples   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
