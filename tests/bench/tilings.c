@@ -394,7 +394,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "tilings: cannot write %s\n", argv[1]);
         return 1;
     }
-    fprintf(file, "# Many bodies in one space\n\nMade by `make tilings`. The interface is `springls_tiling` (the manual in `springls.h`, MANY "
+    fprintf(file, "<!-- written by: make tilings PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\nThe interface is `springls_tiling` (the manual in `springls.h`, MANY "
             "BODIES).\n\n## A wall in a flow\n\nA ball, cut in two by a plane askew to the grid, in LeVeque's flow with T = 2.5, which comes "
             "back. Exact points of the wall and\nof its rim, where both bodies and what is around them meet, are carried by the flow; errors "
             "are their distances in voxels to the\nextracted wall and to its edges, of those that have one within 4 voxels. At half time the "
