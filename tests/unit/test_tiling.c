@@ -586,7 +586,7 @@ TEST every_allocation_may_fail(int call)
 {
     bool failed = true;
     int k, total = 0;
-    for (k = 0; failed; k += k < 4 ? 1 : call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 17) {
+    for (k = 0; failed; k += k < 4 ? 1 : call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 37) {
         CHECK_CALL(starve(call, k, &failed));
         total += failed;
     }
