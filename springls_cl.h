@@ -416,14 +416,15 @@ SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls
     return springls__cl_send(ctx, buffer, bytes, data);
 }
 
-/* An array that the device has not is beyond all memory. */
+/* An array that the device has not is behind all others. */
 SPRINGLS__FN springls__places springls__cl_places(const springls_context *ctx)
 {
+    const uint32_t beyond = (uint32_t)(ctx->device_memory.bytes / SPRINGLS__PLACE_BYTES) + 1;
     springls__places places;
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         const springls__buffer *buffer = &ctx->memory[array];
-        places.at[array] = buffer->device_bytes > 0 ? (uint32_t)(buffer->device_at / SPRINGLS__PLACE_BYTES) : UINT32_MAX;
+        places.at[array] = buffer->device_bytes > 0 ? (uint32_t)(buffer->device_at / SPRINGLS__PLACE_BYTES) : beyond;
     }
     return places;
 }

@@ -100,7 +100,8 @@ typedef enum springls__array {
     SPRINGLS__ARRAY_COUNT
 } springls__array;
 
-/* Where the arrays of a model are in a device's memory: multiples of SPRINGLS__PLACE_BYTES, which suits every type. */
+/* Where the arrays of a model are in a device's memory: multiples of SPRINGLS__PLACE_BYTES, which suits every type and reaches
+   2 TiB. */
 #define SPRINGLS__PLACE_BYTES 512
 typedef struct springls__places { uint32_t at[SPRINGLS__ARRAY_COUNT]; } springls__places;
 

@@ -437,8 +437,8 @@ SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ct
     return SPRINGLS_OK;
 }
 
-/* Drops the triangles of the original surface that no springl comes from or near from: what tools have brought, and later ones have cut
-   off. The others keep their numbers in the caller's meshes, and wait for the hierarchy to be built. */
+/* Drops the triangles of the original surface that no springl has its correspondence on or near: of parts that later combinations have cut
+   away. The others keep their numbers in the caller's meshes, and wait for the hierarchy to be built. */
 SPRINGLS__FN springls_status springls__drop_unused_originals(springls_context *ctx)
 {
     springls__surface *own = &ctx->original;
@@ -460,8 +460,9 @@ SPRINGLS__FN springls_status springls__drop_unused_originals(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* Triangles that come before those without use are dropped: so the time that this takes is shared by many combinations. */
-enum { SPRINGLS__ORIGINALS_KEPT = 16384 };
+/* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
+   many then share. */
+enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
 
 /* Adds the triangles of the other model's original surface to this model's. turn: turns them. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
@@ -476,7 +477,7 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
     if (!own->source)
         for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
     own->source = (int *)own->source_memory.data;
-    if (own->given / SPRINGLS__ORIGINALS_KEPT < (own->given + other->given) / SPRINGLS__ORIGINALS_KEPT)
+    if (own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD)
         SPRINGLS__TRY(springls__drop_unused_originals(ctx));
     SPRINGLS__TRY(springls__surface_room(ctx, own, (size_t)own->count + (size_t)other->count + 1, (size_t)own->count));
     springls__copy_triangles(own, own->count, other, own->given, turn);

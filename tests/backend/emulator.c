@@ -281,7 +281,7 @@ static void print_array(const char *address)
     int array, found = -1;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         const char *begin = device_array_at(a, array);
-        if (a->places.at[array] == UINT32_MAX || begin > address) continue;
+        if (a->places.at[array] > running.kernel->size / SPRINGLS__PLACE_BYTES || begin > address) continue;
         if (found < 0 || begin > device_array_at(a, found)) found = array;
     }
     if (found < 0) return;

@@ -1,9 +1,9 @@
 #!/bin/bash
 # gpu_text.sh KERNELS.cl: what compilers for GPUs make of the OpenCL text, on a machine without one: clang makes PTX for NVIDIA and
 # IR for SPIR-V of it, and ptxas of the CUDA toolkit, where it is there, code for one GPU. Prints a row a kernel; fails where the PTX of
-# one has more than 18,000 instructions, that of all more than 110,000 (compilers take as long as that is: with 83,000
-# clang and ptxas took 10 to 14 s each), registers are spilled, a work group has more than 32 KB of local memory, or the arguments of a
-# kernel more than 1024 bytes, which is what every OpenCL device has. Without clang and libclc: skipped (77).
+# one has more than 18,000 instructions, that of all more than 110,000 (a compiler's time grows with them, and seconds say little on a
+# busy machine: 10 to 14 s of clang and of ptxas for 83,000), registers are spilled, a work group has more than 32 KB of local memory, or
+# the arguments of a kernel more than 1024 bytes, which is what every OpenCL device has. Without clang and libclc: skipped (77).
 set -u
 arch=${GPU_ARCH:-sm_90}
 w=$(mktemp -d) || exit 1
