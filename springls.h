@@ -502,9 +502,11 @@
    springls_tiling_step moves each body by itself, and then sees to the walls:
 
      mirror         on every 8th step: where one side of a wall has a springl and the other none, the other gets that springl, turned
-                    round and with its correspondence
+                    round and with its correspondence, which lies on the first body's original surface; attributes follow the
+                    policy for fills
      half way       sheets that are more than 0.15 voxel apart, or have passed each other by that, meet half way
      contact        bodies that grow into each other face each other from then on
+     vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
    Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure
@@ -2191,11 +2193,13 @@ SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int nu
 
 /* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
    the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
-   apart. Its attribute "tiling.facing" belongs to the tiling. */
+   apart, and what its springls face is found anew by the next step. Its attribute "tiling.facing" belongs to the tiling: add one less
+   than SPRINGLS_MAX_ATTRIBUTES. */
 SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
 
 /* Writes the label that each springl of a label's model faces, in springl order: that of the body whose sheet lies before it, else 0; -1:
-   not known. INVALID_ARGUMENT: also a label without a body. */
+   not known, as of springls that have faced a body that is gone. out: of springls_count of that model. INVALID_ARGUMENT: also a label
+   without a body. */
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
 
 /* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
@@ -2228,10 +2232,11 @@ SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
 
 /* Reports what a step did. Zeros where sheets were not looked at. */
 typedef struct springls_tiling_report {
-    const int32_t *vanished;         /* labels of bodies that are gone, ascending: they have lost all springls. The tiling's,
-                                        until the next step                                                          */
+    const int32_t *vanished;         /* labels of bodies that are gone, ascending: no voxel has had their label any more. The
+                                        tiling's, until the next step                                                */
     int vanished_count;
-    int mirrored;                    /* springls that walls have got from their other side                           */
+    int mirrored;                    /* springls that bodies have got from the other side of a wall, with its correspondence, which
+                                        lies on the other body's original surface; attributes as in fills             */
     int faced;                       /* springls with a sheet before them                                            */
     float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
 } springls_tiling_report;
@@ -33211,7 +33216,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1144 \"springls.h\"\n",
+    "#line 1146 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33325,7 +33330,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2436 \"springls.h\"\n",
+    "#line 2441 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33441,7 +33446,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2553 \"springls.h\"\n",
+    "#line 2558 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33463,7 +33468,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2576 \"springls.h\"\n",
+    "#line 2581 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33478,7 +33483,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2592 \"springls.h\"\n",
+    "#line 2597 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33602,7 +33607,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2716 \"springls.h\"\n",
+    "#line 2721 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33672,7 +33677,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2787 \"springls.h\"\n",
+    "#line 2792 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33892,7 +33897,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3008 \"springls.h\"\n",
+    "#line 3013 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33907,7 +33912,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3023 \"springls.h\"\n",
+    "#line 3028 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34031,14 +34036,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3147 \"springls.h\"\n",
+    "#line 3152 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3155 \"springls.h\"\n",
+    "#line 3160 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34164,7 +34169,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3282 \"springls.h\"\n",
+    "#line 3287 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34219,7 +34224,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3338 \"springls.h\"\n",
+    "#line 3343 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34308,7 +34313,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3428 \"springls.h\"\n",
+    "#line 3433 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34320,7 +34325,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3440 \"springls.h\"\n",
+    "#line 3445 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34335,7 +34340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3456 \"springls.h\"\n",
+    "#line 3461 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34379,7 +34384,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3500 \"springls.h\"\n",
+    "#line 3505 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34394,7 +34399,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3515 \"springls.h\"\n",
+    "#line 3520 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34438,7 +34443,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3559 \"springls.h\"\n",
+    "#line 3564 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34517,7 +34522,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3638 \"springls.h\"\n",
+    "#line 3643 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34532,7 +34537,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3654 \"springls.h\"\n",
+    "#line 3659 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34599,7 +34604,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3721 \"springls.h\"\n",
+    "#line 3726 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34614,7 +34619,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3736 \"springls.h\"\n",
+    "#line 3741 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34681,7 +34686,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3804 \"springls.h\"\n",
+    "#line 3809 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35067,7 +35072,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4191 \"springls.h\"\n",
+    "#line 4196 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35771,7 +35776,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4896 \"springls.h\"\n",
+    "#line 4901 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36031,7 +36036,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5157 \"springls.h\"\n",
+    "#line 5162 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36233,7 +36238,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5360 \"springls.h\"\n",
+    "#line 5365 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36350,7 +36355,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5478 \"springls.h\"\n",
+    "#line 5483 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36547,7 +36552,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5675 \"springls.h\"\n",
+    "#line 5680 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36562,7 +36567,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5691 \"springls.h\"\n",
+    "#line 5696 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36756,7 +36761,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5885 \"springls.h\"\n",
+    "#line 5890 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36771,7 +36776,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5900 \"springls.h\"\n",
+    "#line 5905 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36965,7 +36970,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6700 \"springls.h\"\n",
+    "#line 6705 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37365,7 +37370,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7101 \"springls.h\"\n",
+    "#line 7106 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37391,7 +37396,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7128 \"springls.h\"\n",
+    "#line 7133 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37479,7 +37484,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7217 \"springls.h\"\n",
+    "#line 7222 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37619,7 +37624,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7358 \"springls.h\"\n",
+    "#line 7363 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37724,7 +37729,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7464 \"springls.h\"\n",
+    "#line 7469 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37956,7 +37961,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7697 \"springls.h\"\n",
+    "#line 7702 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37986,7 +37991,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7727 \"springls.h\"\n",
+    "#line 7732 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38001,7 +38006,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7743 \"springls.h\"\n",
+    "#line 7748 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38170,7 +38175,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7912 \"springls.h\"\n",
+    "#line 7917 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38185,7 +38190,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7927 \"springls.h\"\n",
+    "#line 7932 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38354,7 +38359,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8096 \"springls.h\"\n",
+    "#line 8101 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38408,7 +38413,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8151 \"springls.h\"\n",
+    "#line 8156 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38434,7 +38439,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8177 \"springls.h\"\n",
+    "#line 8182 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38449,7 +38454,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8193 \"springls.h\"\n",
+    "#line 8198 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38532,7 +38537,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8276 \"springls.h\"\n",
+    "#line 8281 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38547,7 +38552,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8291 \"springls.h\"\n",
+    "#line 8296 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38630,7 +38635,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8374 \"springls.h\"\n",
+    "#line 8379 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38704,7 +38709,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8449 \"springls.h\"\n",
+    "#line 8454 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39257,7 +39262,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9003 \"springls.h\"\n",
+    "#line 9008 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39353,7 +39358,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9100 \"springls.h\"\n",
+    "#line 9105 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39474,7 +39479,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9222 \"springls.h\"\n",
+    "#line 9227 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39755,7 +39760,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9504 \"springls.h\"\n",
+    "#line 9509 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39841,7 +39846,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9591 \"springls.h\"\n",
+    "#line 9596 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39984,7 +39989,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9735 \"springls.h\"\n",
+    "#line 9740 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40173,7 +40178,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9925 \"springls.h\"\n",
+    "#line 9930 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40298,7 +40303,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10051 \"springls.h\"\n",
+    "#line 10056 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40332,7 +40337,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10086 \"springls.h\"\n",
+    "#line 10091 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40870,7 +40875,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10625 \"springls.h\"\n",
+    "#line 10630 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41020,7 +41025,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10776 \"springls.h\"\n",
+    "#line 10781 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41098,7 +41103,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10855 \"springls.h\"\n",
+    "#line 10860 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41347,7 +41352,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11105 \"springls.h\"\n",
+    "#line 11110 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41572,7 +41577,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11331 \"springls.h\"\n",
+    "#line 11336 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41676,7 +41681,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11436 \"springls.h\"\n",
+    "#line 11441 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41773,7 +41778,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11534 \"springls.h\"\n",
+    "#line 11539 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42311,7 +42316,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12073 \"springls.h\"\n",
+    "#line 12078 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42344,7 +42349,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12107 \"springls.h\"\n",
+    "#line 12112 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42369,14 +42374,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12133 \"springls.h\"\n",
+    "#line 12138 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12140 \"springls.h\"\n",
+    "#line 12145 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42391,7 +42396,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12156 \"springls.h\"\n",
+    "#line 12161 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42517,7 +42522,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12282 \"springls.h\"\n",
+    "#line 12287 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42532,7 +42537,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12297 \"springls.h\"\n",
+    "#line 12302 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42658,7 +42663,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12424 \"springls.h\"\n",
+    "#line 12429 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42950,7 +42955,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12717 \"springls.h\"\n",
+    "#line 12722 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43085,7 +43090,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17398 \"springls.h\"\n",
+    "#line 17403 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44148,7 +44153,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18462 \"springls.h\"\n",
+    "#line 18467 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44745,7 +44750,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19060 \"springls.h\"\n",
+    "#line 19065 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45342,7 +45347,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45346 \"springls.h\"\n",
+    "#line 45351 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -47283,9 +47288,8 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
-    int vanished_count;
-    uint32_t steps;
-    bool facing_known;         /* every springl has been given the label that it faces                               */
+    uint32_t steps;            /* since all bodies were set                                                          */
+    bool facing_known;         /* a step has given every springl the label that it faces                             */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -47344,8 +47348,19 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->bodies = *bodies;
     tiling->body = (springls__tiling_body *)bodies->data;
     tiling->count = count;
-    tiling->vanished_count = 0;
+    tiling->steps = 0;
     tiling->facing_known = false;
+}
+
+/* Orders bodies by their labels. Nearly all are in order. */
+SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
+{
+    int i, k;
+    for (i = 1; i < count; i++) {
+        const springls__tiling_body moved = body[i];
+        for (k = i; k > 0 && body[k - 1].label > moved.label; k--) body[k] = body[k - 1];
+        body[k] = moved;
+    }
 }
 
 /* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
@@ -47353,6 +47368,23 @@ SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
 {
     const int i = springls_find_attribute(body->ctx, springls__facing_name);
     return i < 0 || body->ctx->attributes[i].channels != 1 ? NULL : (float *)body->ctx->attributes[i].values.data;
+}
+
+/* Gives the springls of a body the attribute for what they face, where they have none: it is gone when a caller has replaced the model. */
+SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body)
+{
+    const springls_attribute_desc desc
+        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    return springls__facing_values(body) ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
+}
+
+/* Returns whether the attribute of every body has what its springls face. */
+SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls__facing_values(&tiling->body[i])) return false;
+    return tiling->facing_known;
 }
 
 /* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
@@ -47646,6 +47678,7 @@ SPRINGLS__FN springls_status springls__body_of_label(springls_tiling *tiling, sp
     SPRINGLS__TRY(springls__body_create(tiling, "tiling_set_labels", label, body));
     springls__smooth_label(map, label);
     status = springls__set_voxels(body->ctx, springls__map_value, map);
+    if (status == SPRINGLS_OK) status = springls__make_facing(body);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     if (status == SPRINGLS_EMPTY_MODEL)
         springls__fail(tiling->host, status, "tiling_set_labels: label %d, of %d voxels, is too little to have a surface", (int)label,
@@ -47753,7 +47786,9 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_
     int i;
     SPRINGLS__TRY(springls__body_create(tiling, call, label, body));
     status = springls_set_implicit(body->ctx, fn, user);
+    if (status == SPRINGLS_OK) status = springls__make_facing(body);
     if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
+    if (tiling->count) springls_set_time(body->ctx, springls_time(tiling->body[0].ctx));
     if (springls__reaches_border(body->ctx))
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d touches the border of the grid", call, (int)label);
     for (i = 0; i < tiling->count; i++) {
@@ -47769,11 +47804,15 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_
 SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const springls__tiling_body *added, springls__tiling_body *outer)
 {
     const char *call = "tiling_add_implicit";
-    const bool alone = tiling->count == 0 || springls_count(tiling->body[0].ctx) == 0;
+    const bool alone = springls_tiling_count(tiling) == 0;
     springls_status status;
+    if (!alone && springls_count(tiling->body[0].ctx) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the model of label 0, of all bodies together, has been emptied", call);
     SPRINGLS__TRY(springls__body_create(tiling, call, 0, outer));
     status = springls__copy_model(outer->ctx, alone ? added->ctx : tiling->body[0].ctx);
     if (status == SPRINGLS_OK && !alone) status = springls_combine(outer->ctx, SPRINGLS_OPERATION_UNION, added->ctx);
+    if (status == SPRINGLS_OK) status = springls__make_facing(outer);
+    if (status == SPRINGLS_OK) springls_set_time(outer->ctx, springls_time(added->ctx));
     return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, 0, outer->ctx);
 }
 
@@ -47838,7 +47877,8 @@ SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tilin
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
 /* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
-   within reach, or another sheet of the body is nearer: beyond a body that is thin, the far side of the next one is no wall. */
+   within reach, or the body's nearest springl faces the other way. Then x is at the body's other side, which is thin there, and the sheet
+   behind it belongs to a wall with a third body. */
 SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
 {
     const springls__model *model = &body->ctx->model;
@@ -47907,6 +47947,14 @@ SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__b
 
 /* ---- what a springl faces ---- */
 
+/* Returns whether a body may have a sheet around x: its phi is not beyond that of any wall. */
+SPRINGLS__FN bool springls__phi_reaches(const springls__tiling_body *body, springls__v3 x)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const float reach = 1.5f; /* voxels: WALL_REACH, and what phi may be behind the springls */
+    return springls__fabs(springls__grid_sample(g, g->phi, x)) < reach;
+}
+
 /* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
    is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
 SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
@@ -47974,7 +48022,7 @@ SPRINGLS__FN float springls__way_to_middle(float gap)
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place.
+     lies in its place, and where the body is not by its phi.
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -47983,8 +48031,9 @@ SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, spri
     float d = 0.0f;
     int other;
     if (there && faced > 0) return faced;
+    if (faced >= 0 && !there && !springls__phi_reaches(&tiling->body[faced], p)) faced = -1;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
-    if (faced < 0 && other >= 0) *gap = d;
+    if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
     else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else other = faced;
@@ -48009,16 +48058,7 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
     }
 }
 
-/* Gives the springls of a body the attribute for what they face, where they have none. *known: they had it. */
-SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body, bool *known)
-{
-    const springls_attribute_desc desc
-        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
-    *known = springls__facing_values(body) != NULL;
-    return *known ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
-}
-
-/* Finds what the springls of all bodies face, and their gaps; with move also how far they go. */
+/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
 SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
 {
     springls__sheets_job job;
@@ -48027,12 +48067,10 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
     if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
     job.tiling = tiling;
+    job.known = tiling->facing_known;
     for (i = 0; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        const springls_status status = springls__make_facing(body, &job.known);
-        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        const springls__tiling_body *body = &tiling->body[i];
         job.own = i;
-        job.known = job.known && tiling->facing_known;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
         job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
@@ -48040,6 +48078,19 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     }
     tiling->facing_known = true;
     return SPRINGLS_OK;
+}
+
+/* Gives all springls what they face, where that is not known of some. */
+SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, const char *call)
+{
+    int i;
+    if (springls__facing_is_known(tiling)) return SPRINGLS_OK;
+    for (i = 0; i < tiling->count; i++) {
+        const springls_status status = springls__make_facing(&tiling->body[i]);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    tiling->facing_known = false;
+    return springls__look_at_sheets(tiling, call, false);
 }
 
 /* ---- half way ---- */
@@ -48077,8 +48128,8 @@ SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, cons
 }
 
 /* ======== >>mirror  (src/tiling/mirror.h) ====================================================================== */
-/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its own
-   correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
+/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its
+   own correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
    whose face the rim's wall is smooth, knows where it lies. */
 
 /* A springl that is to be added to a body, as that has it, and what it faces there. */
@@ -48115,7 +48166,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && springls__phi_reaches(job->to, s->p)
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }
@@ -48141,7 +48192,6 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
     job.to = to;
     job.facing = springls__facing_values(from);
     job.alone = (uint8_t *)tiling->flag.data;
-    if (!job.facing) return SPRINGLS_OK;
     springls__parallel(tiling->host, set->count, 64, springls__mirror_task, &job);
     for (i = 0; i < set->count; i++) {
         const springls__v3 n = springls__scale(springls__springl_normal(set->s[i]), from->sign);
@@ -48158,7 +48208,8 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
     return SPRINGLS_OK;
 }
 
-/* Adds the first `count` springls that have been collected to a body. Other attributes of theirs are zero. */
+/* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
+   of theirs follow the policy for fills. */
 SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
 {
     springls_context *ctx = body->ctx;
@@ -48172,19 +48223,13 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
     }
     SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
     SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
-    for (i = 0; i < ctx->attribute_count; i++) {
-        springls__attribute *attribute = &ctx->attributes[i];
-        SPRINGLS__TRY(springls__values_reserve(ctx, attribute, before + count, before));
-        memset(springls__values_of(attribute, before), 0, (size_t)(count * attribute->channels) * sizeof(float));
-    }
-    facing = springls__facing_values(body);
-    for (i = 0; i < count; i++) {
-        springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
-        facing[before + i] = (float)added[i].facing;
-    }
+    for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
     springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
     ctx->stats.added += count;
     springls__constellation_changed(ctx);
+    SPRINGLS__TRY(springls__attributes_after_fill(ctx, before));
+    facing = springls__facing_values(body);
+    for (i = 0; i < count; i++) facing[before + i] = (float)added[i].facing;
     return SPRINGLS_OK;
 }
 
@@ -48195,21 +48240,23 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
     SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
     for (to = 0; to < tiling->count; to++) {
         springls__tiling_body *body = &tiling->body[to];
+        const int before = body->ctx->model.set.count;
         springls_status status = springls__read_cell_list(body->ctx);
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
             if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
         if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
-        *mirrored += count;
+        *mirrored += body->ctx->model.set.count - before;
     }
     return SPRINGLS_OK;
 }
 
 /* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
-/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it was. */
+/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it
+   was. */
 
-enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64 };
+enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBTFUL = 64 }; /* DOUBTFUL: voxels; fewer may be none */
 
 /* ---- forces ---- */
 
@@ -48246,7 +48293,8 @@ SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls
     (ask.fn)(push->desc->user, &batch, out + ask.width * first);
 }
 
-SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given, float *out)
+SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given,
+                                float *out)
 {
     springls__tiling_ask ask;
     int first;
@@ -48273,7 +48321,7 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 /* ---- as it was ---- */
 
 /* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
-SPRINGLS__FN springls_status springls__back_up(springls__tiling_body *body)
+SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
     const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
@@ -48281,6 +48329,7 @@ SPRINGLS__FN springls_status springls__back_up(springls__tiling_body *body)
     springls__layout layout;
     springls__table tables[2];
     size_t size;
+    (void)tiling, (void)arg;
     body->backup_size = 0;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
@@ -48315,7 +48364,6 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     (void)tiling;
-    SPRINGLS__TRY(springls__back_up(body));
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
     push.desc = desc;
     push.body = body;
@@ -48330,21 +48378,90 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     return springls_step(body->ctx, &step);
 }
 
-/* Removes the bodies that have no springl left, and lists their labels; there is room for them. */
-SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling)
+/* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
+SPRINGLS__FN bool springls__has_voxel(const springls_tiling *tiling, int own, float phi, const int at[3])
 {
-    int i, n = 1;
-    tiling->vanished_count = 0;
-    for (i = 1; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        if (body->ctx->model.set.count == 0) {
-            ((int32_t *)tiling->vanished.data)[tiling->vanished_count++] = body->label;
-            springls__body_free(body);
-        } else {
-            tiling->body[n++] = *body;
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        const float other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        if (i != own && (i < own ? other <= phi : other < phi)) return false;
+    }
+    return true;
+}
+
+/* Returns how many voxels have the label of body `own` by phi, at most SPRINGLS__DOUBTFUL. */
+SPRINGLS__FN int springls__count_voxels(const springls_tiling *tiling, int own)
+{
+    const springls__grid *g = &tiling->body[own].ctx->model.grid;
+    const int entries = (int)springls__entry_count(g);
+    int e, v, o[3], at[3], count = 0;
+    for (e = 0; e < entries; e++) {
+        const float *phi = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[e] == SPRINGLS__OUTSIDE) continue;
+        springls__entry_origin(g, e, o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            if (phi[v] >= 0.0f) continue;
+            springls__voxel_of_brick(o, v, at);
+            if (!springls__grid_contains(g, at[0], at[1], at[2]) || !springls__has_voxel(tiling, own, phi[v], at)) continue;
+            if (++count == SPRINGLS__DOUBTFUL) return count;
         }
     }
-    tiling->count = n;
+    return count;
+}
+
+/* Returns whether no voxel has the label of a body any more. Where that is in doubt, phi of it and of those around it is made to agree
+   with the springls for the answer. */
+SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, const char *call, int own, bool *vanished)
+{
+    springls_status status;
+    int i, springls;
+    *vanished = tiling->body[own].ctx->model.set.count == 0;
+    if (*vanished || springls__count_voxels(tiling, own) == SPRINGLS__DOUBTFUL) return SPRINGLS_OK;
+    status = springls__look_at_bodies(tiling, call, &springls);
+    for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
+        if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
+        status = springls__begin_reading(tiling->body[i].ctx);
+        if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
+    for (i = 0; i < tiling->count; i++) springls__end_reading(tiling->body[i].ctx);
+    return status;
+}
+
+/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
+SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
+{
+    int i, k;
+    for (i = tiling->count - 1; i > 0; i--) {
+        const springls__tiling_body body = tiling->body[i];
+        bool vanished;
+        SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
+        if (!vanished) continue;
+        tiling->count--;
+        for (k = i; k < tiling->count; k++) tiling->body[k] = tiling->body[k + 1];
+        tiling->body[k] = body;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Frees the bodies that have been set aside, `count` with them, and lists their labels; there is room for them. Nothing faces them from
+   now on. */
+SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, springls_tiling_report *report)
+{
+    int32_t *vanished = (int32_t *)tiling->vanished.data;
+    int i, k;
+    if (count == tiling->count) return;
+    report->vanished = vanished;
+    for (i = tiling->count; i < count; i++) {
+        vanished[report->vanished_count++] = tiling->body[i].label;
+        springls__body_free(&tiling->body[i]);
+    }
+    for (i = 0; i < tiling->count; i++) {
+        float *facing = springls__facing_values(&tiling->body[i]);
+        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
+            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
+    }
 }
 
 /* Sums up the gaps of all springls that have a sheet before them. */
@@ -48382,7 +48499,10 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    SPRINGLS__TRY(springls__find_facing(tiling, call));
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
@@ -48410,25 +48530,28 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls_tiling_report own;
     springls_status status;
     uint32_t steps;
-    int i;
+    bool facing_known;
+    int count, i;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
-    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_step", false));
-    for (i = 0; i < tiling->count; i++) tiling->body[i].backup_size = 0;
+    count = tiling->count;
+    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
     steps = tiling->steps;
+    facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
     if (status == SPRINGLS_OK) {
-        springls__drop_vanished(tiling);
-        report->vanished = tiling->vanished_count ? (const int32_t *)tiling->vanished.data : NULL;
-        report->vanished_count = tiling->vanished_count;
+        springls__drop_vanished(tiling, count, report);
         return SPRINGLS_OK;
     }
     memset(report, 0, sizeof *report);
+    tiling->count = count;
+    springls__sort_bodies(tiling->body, count);
     springls__go_back(tiling);
     tiling->steps = steps;
+    tiling->facing_known = facing_known;
     return status;
 }
 
@@ -48440,19 +48563,44 @@ SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
     return desc;
 }
 
+/* Finds what the springls of a body face, before a step does, and leaves the tiling as it is. */
+SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int number, float *facing)
+{
+    springls__sheets_job job;
+    int springls;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, "tiling_facing", &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    memset(&job, 0, sizeof job);
+    job.tiling = tiling;
+    job.own = number;
+    job.facing = facing;
+    job.gap = (float *)tiling->gap.data;
+    springls__parallel(tiling->host, springls_count(tiling->body[number].ctx), 64, springls__sheets_task, &job);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
 {
     const float *facing;
-    int i, number;
+    springls__buffer ahead;
+    springls_status status = SPRINGLS_OK;
+    int i, number, count;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     number = springls__body_number(tiling, label);
     if (number < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_facing: there is no body of label %ld", (long)label);
-    if (!out && springls_count(tiling->body[number].ctx)) return springls__fail_null(tiling->host, "tiling_facing", "out");
-    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_facing", false));
+    count = springls_count(tiling->body[number].ctx);
+    if (!out && count) return springls__fail_null(tiling->host, "tiling_facing", "out");
+    memset(&ahead, 0, sizeof ahead);
     facing = springls__facing_values(&tiling->body[number]);
-    for (i = 0; i < springls_count(tiling->body[number].ctx); i++) out[i] = facing ? (int32_t)facing[i] : SPRINGLS__NO_LABEL;
-    return SPRINGLS_OK;
+    if (!springls__facing_is_known(tiling)) {
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &ahead, (size_t)count + 1, sizeof(float), 0));
+        status = springls__look_ahead(tiling, number, (float *)ahead.data);
+        facing = (const float *)ahead.data;
+    }
+    for (i = 0; status == SPRINGLS_OK && i < count; i++) out[i] = (int32_t)facing[i];
+    springls__buffer_free(tiling->host, &ahead);
+    return status;
 }
 
 /* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
@@ -48469,7 +48617,8 @@ SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, spring
 /* The same for all bodies of a tiling that has some. */
 SPRINGLS__FN springls_status springls__read_bodies(springls_tiling *tiling, const char *call)
 {
-    if (tiling->count == 0) return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    if (springls_tiling_count(tiling) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
     return springls__for_bodies(tiling, call, springls__read_body, NULL);
 }
 

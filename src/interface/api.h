@@ -1087,11 +1087,13 @@ SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int nu
 
 /* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
    the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
-   apart. Its attribute "tiling.facing" belongs to the tiling. */
+   apart, and what its springls face is found anew by the next step. Its attribute "tiling.facing" belongs to the tiling: add one less
+   than SPRINGLS_MAX_ATTRIBUTES. */
 SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
 
 /* Writes the label that each springl of a label's model faces, in springl order: that of the body whose sheet lies before it, else 0; -1:
-   not known. INVALID_ARGUMENT: also a label without a body. */
+   not known, as of springls that have faced a body that is gone. out: of springls_count of that model. INVALID_ARGUMENT: also a label
+   without a body. */
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
 
 /* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
@@ -1124,10 +1126,11 @@ SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
 
 /* Reports what a step did. Zeros where sheets were not looked at. */
 typedef struct springls_tiling_report {
-    const int32_t *vanished;         /* labels of bodies that are gone, ascending: they have lost all springls. The tiling's,
-                                        until the next step                                                          */
+    const int32_t *vanished;         /* labels of bodies that are gone, ascending: no voxel has had their label any more. The
+                                        tiling's, until the next step                                                */
     int vanished_count;
-    int mirrored;                    /* springls that walls have got from their other side                           */
+    int mirrored;                    /* springls that bodies have got from the other side of a wall, with its correspondence, which
+                                        lies on the other body's original surface; attributes as in fills             */
     int faced;                       /* springls with a sheet before them                                            */
     float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
 } springls_tiling_report;

@@ -517,9 +517,11 @@
    springls_tiling_step moves each body by itself, and then sees to the walls:
 
      mirror         on every 8th step: where one side of a wall has a springl and the other none, the other gets that springl, turned
-                    round and with its correspondence
+                    round and with its correspondence, which lies on the first body's original surface; attributes follow the
+                    policy for fills
      half way       sheets that are more than 0.15 voxel apart, or have passed each other by that, meet half way
      contact        bodies that grow into each other face each other from then on
+     vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
    Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure

@@ -10,6 +10,7 @@
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../lifecycle/create.h"
+#include "../output/attributes.h"
 
 enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
 
@@ -31,9 +32,8 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
-    int vanished_count;
-    uint32_t steps;
-    bool facing_known;         /* every springl has been given the label that it faces                               */
+    uint32_t steps;            /* since all bodies were set                                                          */
+    bool facing_known;         /* a step has given every springl the label that it faces                             */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -92,8 +92,19 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->bodies = *bodies;
     tiling->body = (springls__tiling_body *)bodies->data;
     tiling->count = count;
-    tiling->vanished_count = 0;
+    tiling->steps = 0;
     tiling->facing_known = false;
+}
+
+/* Orders bodies by their labels. Nearly all are in order. */
+SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
+{
+    int i, k;
+    for (i = 1; i < count; i++) {
+        const springls__tiling_body moved = body[i];
+        for (k = i; k > 0 && body[k - 1].label > moved.label; k--) body[k] = body[k - 1];
+        body[k] = moved;
+    }
 }
 
 /* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
@@ -101,6 +112,23 @@ SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
 {
     const int i = springls_find_attribute(body->ctx, springls__facing_name);
     return i < 0 || body->ctx->attributes[i].channels != 1 ? NULL : (float *)body->ctx->attributes[i].values.data;
+}
+
+/* Gives the springls of a body the attribute for what they face, where they have none: it is gone when a caller has replaced the model. */
+SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body)
+{
+    const springls_attribute_desc desc
+        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    return springls__facing_values(body) ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
+}
+
+/* Returns whether the attribute of every body has what its springls face. */
+SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls__facing_values(&tiling->body[i])) return false;
+    return tiling->facing_known;
 }
 
 /* A loop over bodies, each by itself on any thread; the status of each is in body->status. */

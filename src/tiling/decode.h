@@ -19,7 +19,8 @@ SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, spring
 /* The same for all bodies of a tiling that has some. */
 SPRINGLS__FN springls_status springls__read_bodies(springls_tiling *tiling, const char *call)
 {
-    if (tiling->count == 0) return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    if (springls_tiling_count(tiling) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
     return springls__for_bodies(tiling, call, springls__read_body, NULL);
 }
 

@@ -1,9 +1,10 @@
-/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its own
-   correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
+/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its
+   own correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
    whose face the rim's wall is smooth, knows where it lies. */
 #ifndef SPRINGLS__TILING_MIRROR_H
 #define SPRINGLS__TILING_MIRROR_H
 
+#include "../stages/inherit.h"
 #include "../stages/sleep.h"
 #include "sheets.h"
 
@@ -41,7 +42,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && springls__phi_reaches(job->to, s->p)
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }
@@ -67,7 +68,6 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
     job.to = to;
     job.facing = springls__facing_values(from);
     job.alone = (uint8_t *)tiling->flag.data;
-    if (!job.facing) return SPRINGLS_OK;
     springls__parallel(tiling->host, set->count, 64, springls__mirror_task, &job);
     for (i = 0; i < set->count; i++) {
         const springls__v3 n = springls__scale(springls__springl_normal(set->s[i]), from->sign);
@@ -84,7 +84,8 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
     return SPRINGLS_OK;
 }
 
-/* Adds the first `count` springls that have been collected to a body. Other attributes of theirs are zero. */
+/* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
+   of theirs follow the policy for fills. */
 SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
 {
     springls_context *ctx = body->ctx;
@@ -98,19 +99,13 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
     }
     SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
     SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
-    for (i = 0; i < ctx->attribute_count; i++) {
-        springls__attribute *attribute = &ctx->attributes[i];
-        SPRINGLS__TRY(springls__values_reserve(ctx, attribute, before + count, before));
-        memset(springls__values_of(attribute, before), 0, (size_t)(count * attribute->channels) * sizeof(float));
-    }
-    facing = springls__facing_values(body);
-    for (i = 0; i < count; i++) {
-        springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
-        facing[before + i] = (float)added[i].facing;
-    }
+    for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
     springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
     ctx->stats.added += count;
     springls__constellation_changed(ctx);
+    SPRINGLS__TRY(springls__attributes_after_fill(ctx, before));
+    facing = springls__facing_values(body);
+    for (i = 0; i < count; i++) facing[before + i] = (float)added[i].facing;
     return SPRINGLS_OK;
 }
 
@@ -121,13 +116,14 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
     SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
     for (to = 0; to < tiling->count; to++) {
         springls__tiling_body *body = &tiling->body[to];
+        const int before = body->ctx->model.set.count;
         springls_status status = springls__read_cell_list(body->ctx);
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
             if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
         if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
-        *mirrored += count;
+        *mirrored += body->ctx->model.set.count - before;
     }
     return SPRINGLS_OK;
 }

@@ -190,6 +190,7 @@ SPRINGLS__FN springls_status springls__body_of_label(springls_tiling *tiling, sp
     SPRINGLS__TRY(springls__body_create(tiling, "tiling_set_labels", label, body));
     springls__smooth_label(map, label);
     status = springls__set_voxels(body->ctx, springls__map_value, map);
+    if (status == SPRINGLS_OK) status = springls__make_facing(body);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     if (status == SPRINGLS_EMPTY_MODEL)
         springls__fail(tiling->host, status, "tiling_set_labels: label %d, of %d voxels, is too little to have a surface", (int)label,
@@ -297,7 +298,9 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_
     int i;
     SPRINGLS__TRY(springls__body_create(tiling, call, label, body));
     status = springls_set_implicit(body->ctx, fn, user);
+    if (status == SPRINGLS_OK) status = springls__make_facing(body);
     if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
+    if (tiling->count) springls_set_time(body->ctx, springls_time(tiling->body[0].ctx));
     if (springls__reaches_border(body->ctx))
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d touches the border of the grid", call, (int)label);
     for (i = 0; i < tiling->count; i++) {
@@ -313,11 +316,15 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_
 SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const springls__tiling_body *added, springls__tiling_body *outer)
 {
     const char *call = "tiling_add_implicit";
-    const bool alone = tiling->count == 0 || springls_count(tiling->body[0].ctx) == 0;
+    const bool alone = springls_tiling_count(tiling) == 0;
     springls_status status;
+    if (!alone && springls_count(tiling->body[0].ctx) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the model of label 0, of all bodies together, has been emptied", call);
     SPRINGLS__TRY(springls__body_create(tiling, call, 0, outer));
     status = springls__copy_model(outer->ctx, alone ? added->ctx : tiling->body[0].ctx);
     if (status == SPRINGLS_OK && !alone) status = springls_combine(outer->ctx, SPRINGLS_OPERATION_UNION, added->ctx);
+    if (status == SPRINGLS_OK) status = springls__make_facing(outer);
+    if (status == SPRINGLS_OK) springls_set_time(outer->ctx, springls_time(added->ctx));
     return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, 0, outer->ctx);
 }
 

@@ -10,7 +10,6 @@
 #include "../../kernels_embed/stages/project.h"
 #include "../runtime/parallel.h"
 #include "../input/write.h"
-#include "../output/attributes.h"
 #include "bodies.h"
 
 #define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
@@ -19,7 +18,8 @@
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
 /* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
-   within reach, or another sheet of the body is nearer: beyond a body that is thin, the far side of the next one is no wall. */
+   within reach, or the body's nearest springl faces the other way. Then x is at the body's other side, which is thin there, and the sheet
+   behind it belongs to a wall with a third body. */
 SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
 {
     const springls__model *model = &body->ctx->model;
@@ -88,6 +88,14 @@ SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__b
 
 /* ---- what a springl faces ---- */
 
+/* Returns whether a body may have a sheet around x: its phi is not beyond that of any wall. */
+SPRINGLS__FN bool springls__phi_reaches(const springls__tiling_body *body, springls__v3 x)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const float reach = 1.5f; /* voxels: WALL_REACH, and what phi may be behind the springls */
+    return springls__fabs(springls__grid_sample(g, g->phi, x)) < reach;
+}
+
 /* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
    is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
 SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
@@ -155,7 +163,7 @@ SPRINGLS__FN float springls__way_to_middle(float gap)
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place.
+     lies in its place, and where the body is not by its phi.
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -164,8 +172,9 @@ SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, spri
     float d = 0.0f;
     int other;
     if (there && faced > 0) return faced;
+    if (faced >= 0 && !there && !springls__phi_reaches(&tiling->body[faced], p)) faced = -1;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
-    if (faced < 0 && other >= 0) *gap = d;
+    if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
     else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else other = faced;
@@ -190,16 +199,7 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
     }
 }
 
-/* Gives the springls of a body the attribute for what they face, where they have none. *known: they had it. */
-SPRINGLS__FN springls_status springls__make_facing(springls__tiling_body *body, bool *known)
-{
-    const springls_attribute_desc desc
-        = { springls__facing_name, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
-    *known = springls__facing_values(body) != NULL;
-    return *known ? SPRINGLS_OK : springls_add_attribute(body->ctx, &desc, NULL, NULL);
-}
-
-/* Finds what the springls of all bodies face, and their gaps; with move also how far they go. */
+/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
 SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
 {
     springls__sheets_job job;
@@ -208,12 +208,10 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
     if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
     job.tiling = tiling;
+    job.known = tiling->facing_known;
     for (i = 0; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        const springls_status status = springls__make_facing(body, &job.known);
-        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        const springls__tiling_body *body = &tiling->body[i];
         job.own = i;
-        job.known = job.known && tiling->facing_known;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
         job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
@@ -221,6 +219,19 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     }
     tiling->facing_known = true;
     return SPRINGLS_OK;
+}
+
+/* Gives all springls what they face, where that is not known of some. */
+SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, const char *call)
+{
+    int i;
+    if (springls__facing_is_known(tiling)) return SPRINGLS_OK;
+    for (i = 0; i < tiling->count; i++) {
+        const springls_status status = springls__make_facing(&tiling->body[i]);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    tiling->facing_known = false;
+    return springls__look_at_sheets(tiling, call, false);
 }
 
 /* ---- half way ---- */

@@ -1,4 +1,5 @@
-/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it was. */
+/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it
+   was. */
 #ifndef SPRINGLS__TILING_TILING_STEP_H
 #define SPRINGLS__TILING_TILING_STEP_H
 
@@ -7,7 +8,7 @@
 #include "mirror.h"
 #include "sheets.h"
 
-enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64 };
+enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBTFUL = 64 }; /* DOUBTFUL: voxels; fewer may be none */
 
 /* ---- forces ---- */
 
@@ -44,7 +45,8 @@ SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls
     (ask.fn)(push->desc->user, &batch, out + ask.width * first);
 }
 
-SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given, float *out)
+SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given,
+                                float *out)
 {
     springls__tiling_ask ask;
     int first;
@@ -71,7 +73,7 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 /* ---- as it was ---- */
 
 /* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
-SPRINGLS__FN springls_status springls__back_up(springls__tiling_body *body)
+SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
     const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
@@ -79,6 +81,7 @@ SPRINGLS__FN springls_status springls__back_up(springls__tiling_body *body)
     springls__layout layout;
     springls__table tables[2];
     size_t size;
+    (void)tiling, (void)arg;
     body->backup_size = 0;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
@@ -113,7 +116,6 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     (void)tiling;
-    SPRINGLS__TRY(springls__back_up(body));
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
     push.desc = desc;
     push.body = body;
@@ -128,21 +130,90 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     return springls_step(body->ctx, &step);
 }
 
-/* Removes the bodies that have no springl left, and lists their labels; there is room for them. */
-SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling)
+/* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
+SPRINGLS__FN bool springls__has_voxel(const springls_tiling *tiling, int own, float phi, const int at[3])
 {
-    int i, n = 1;
-    tiling->vanished_count = 0;
-    for (i = 1; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        if (body->ctx->model.set.count == 0) {
-            ((int32_t *)tiling->vanished.data)[tiling->vanished_count++] = body->label;
-            springls__body_free(body);
-        } else {
-            tiling->body[n++] = *body;
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        const float other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        if (i != own && (i < own ? other <= phi : other < phi)) return false;
+    }
+    return true;
+}
+
+/* Returns how many voxels have the label of body `own` by phi, at most SPRINGLS__DOUBTFUL. */
+SPRINGLS__FN int springls__count_voxels(const springls_tiling *tiling, int own)
+{
+    const springls__grid *g = &tiling->body[own].ctx->model.grid;
+    const int entries = (int)springls__entry_count(g);
+    int e, v, o[3], at[3], count = 0;
+    for (e = 0; e < entries; e++) {
+        const float *phi = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[e] == SPRINGLS__OUTSIDE) continue;
+        springls__entry_origin(g, e, o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            if (phi[v] >= 0.0f) continue;
+            springls__voxel_of_brick(o, v, at);
+            if (!springls__grid_contains(g, at[0], at[1], at[2]) || !springls__has_voxel(tiling, own, phi[v], at)) continue;
+            if (++count == SPRINGLS__DOUBTFUL) return count;
         }
     }
-    tiling->count = n;
+    return count;
+}
+
+/* Returns whether no voxel has the label of a body any more. Where that is in doubt, phi of it and of those around it is made to agree
+   with the springls for the answer. */
+SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, const char *call, int own, bool *vanished)
+{
+    springls_status status;
+    int i, springls;
+    *vanished = tiling->body[own].ctx->model.set.count == 0;
+    if (*vanished || springls__count_voxels(tiling, own) == SPRINGLS__DOUBTFUL) return SPRINGLS_OK;
+    status = springls__look_at_bodies(tiling, call, &springls);
+    for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
+        if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
+        status = springls__begin_reading(tiling->body[i].ctx);
+        if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
+    for (i = 0; i < tiling->count; i++) springls__end_reading(tiling->body[i].ctx);
+    return status;
+}
+
+/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
+SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
+{
+    int i, k;
+    for (i = tiling->count - 1; i > 0; i--) {
+        const springls__tiling_body body = tiling->body[i];
+        bool vanished;
+        SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
+        if (!vanished) continue;
+        tiling->count--;
+        for (k = i; k < tiling->count; k++) tiling->body[k] = tiling->body[k + 1];
+        tiling->body[k] = body;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Frees the bodies that have been set aside, `count` with them, and lists their labels; there is room for them. Nothing faces them from
+   now on. */
+SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, springls_tiling_report *report)
+{
+    int32_t *vanished = (int32_t *)tiling->vanished.data;
+    int i, k;
+    if (count == tiling->count) return;
+    report->vanished = vanished;
+    for (i = tiling->count; i < count; i++) {
+        vanished[report->vanished_count++] = tiling->body[i].label;
+        springls__body_free(&tiling->body[i]);
+    }
+    for (i = 0; i < tiling->count; i++) {
+        float *facing = springls__facing_values(&tiling->body[i]);
+        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
+            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
+    }
 }
 
 /* Sums up the gaps of all springls that have a sheet before them. */
@@ -180,7 +251,10 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    SPRINGLS__TRY(springls__find_facing(tiling, call));
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
@@ -208,25 +282,28 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls_tiling_report own;
     springls_status status;
     uint32_t steps;
-    int i;
+    bool facing_known;
+    int count, i;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
-    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_step", false));
-    for (i = 0; i < tiling->count; i++) tiling->body[i].backup_size = 0;
+    count = tiling->count;
+    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
     steps = tiling->steps;
+    facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
     if (status == SPRINGLS_OK) {
-        springls__drop_vanished(tiling);
-        report->vanished = tiling->vanished_count ? (const int32_t *)tiling->vanished.data : NULL;
-        report->vanished_count = tiling->vanished_count;
+        springls__drop_vanished(tiling, count, report);
         return SPRINGLS_OK;
     }
     memset(report, 0, sizeof *report);
+    tiling->count = count;
+    springls__sort_bodies(tiling->body, count);
     springls__go_back(tiling);
     tiling->steps = steps;
+    tiling->facing_known = facing_known;
     return status;
 }
 
@@ -238,19 +315,44 @@ SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
     return desc;
 }
 
+/* Finds what the springls of a body face, before a step does, and leaves the tiling as it is. */
+SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int number, float *facing)
+{
+    springls__sheets_job job;
+    int springls;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, "tiling_facing", &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    memset(&job, 0, sizeof job);
+    job.tiling = tiling;
+    job.own = number;
+    job.facing = facing;
+    job.gap = (float *)tiling->gap.data;
+    springls__parallel(tiling->host, springls_count(tiling->body[number].ctx), 64, springls__sheets_task, &job);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
 {
     const float *facing;
-    int i, number;
+    springls__buffer ahead;
+    springls_status status = SPRINGLS_OK;
+    int i, number, count;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     number = springls__body_number(tiling, label);
     if (number < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_facing: there is no body of label %ld", (long)label);
-    if (!out && springls_count(tiling->body[number].ctx)) return springls__fail_null(tiling->host, "tiling_facing", "out");
-    if (!tiling->facing_known) SPRINGLS__TRY(springls__look_at_sheets(tiling, "tiling_facing", false));
+    count = springls_count(tiling->body[number].ctx);
+    if (!out && count) return springls__fail_null(tiling->host, "tiling_facing", "out");
+    memset(&ahead, 0, sizeof ahead);
     facing = springls__facing_values(&tiling->body[number]);
-    for (i = 0; i < springls_count(tiling->body[number].ctx); i++) out[i] = facing ? (int32_t)facing[i] : SPRINGLS__NO_LABEL;
-    return SPRINGLS_OK;
+    if (!springls__facing_is_known(tiling)) {
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &ahead, (size_t)count + 1, sizeof(float), 0));
+        status = springls__look_ahead(tiling, number, (float *)ahead.data);
+        facing = (const float *)ahead.data;
+    }
+    for (i = 0; status == SPRINGLS_OK && i < count; i++) out[i] = (int32_t)facing[i];
+    springls__buffer_free(tiling->host, &ahead);
+    return status;
 }
 
 #endif

@@ -1,10 +1,12 @@
 /* test_tiling.c - many bodies in one space: label maps and shapes as input, labels of places, walls that stay closed in a flow, bodies that
-   meet and vanish, the same bits for any threads, refusals, and memory that runs out at any place. */
+   meet and vanish, the same bits for any threads, refusals, and memory that runs out. */
 #include "fixtures.h"
 
 enum { SIZE = 28, VOXELS = SIZE * SIZE * SIZE, BALL = 24, BALL_VOXELS = BALL * BALL * BALL };
 
 /* ---- what is set ---- */
+
+static bool error_has(const springls_tiling *tiling, const char *text) { return strstr(springls_tiling_last_error(tiling), text) != NULL; }
 
 /* Part of a ball on one side of a plane through its center; side 0: all of it. */
 typedef struct part { float center[3], radius, normal[3]; int side; } part;
@@ -404,9 +406,249 @@ TEST bodies_vanish(void)
     PASS();
 }
 
-/* ---- refusals ---- */
+/* Presses label 2 together from all sides. */
+static void press_second(void *user, const springls_tiling_batch *batch, float *out)
+{
+    const float *speed = (const float *)user;
+    int i;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 2 ? -*speed : batch->facing[i] == 2 ? *speed : 0.0f;
+}
 
-static bool error_has(const springls_tiling *tiling, const char *text) { return strstr(springls_tiling_last_error(tiling), text) != NULL; }
+/* A body that shares a wall and is pressed to nothing vanishes when it has no voxel left. Nothing faces it from then on, and the other body
+   stays as it is, without more springls than before. That sheets are not looked at in every step (period) makes no difference. */
+TEST walls_vanish(int period)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(13.2f, 13.6f, 13.3f, 7.0f, 1), second = part_at(13.2f, 13.6f, 13.3f, 7.0f, -1);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_tiling_measures now[2];
+    static int32_t facing[20000];
+    float speed = 0.4f;
+    double volume = 0.0;
+    int i, k, springls, after = 0, facing_it = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_measure(tiling, now));
+    springls = now[0].springls;
+    step.pressure = press_second;
+    step.user = &speed;
+    step.dt = 1.0f;
+    step.wall_period = period;
+    for (i = 0; i < 30 && after < 17; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        ASSERT_OK(springls_tiling_measure(tiling, now));
+        if (report.vanished_count) {
+            ASSERT_EQ(2, report.vanished[0]);
+            volume = now[0].volume;
+        } else if (!after) {
+            ASSERT(now[1].voxels > 0);
+            continue;
+        }
+        after++;
+        ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+        for (k = 0; k < springls_count(springls_tiling_body(tiling, 1)); k++) facing_it += facing[k] == 2;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %d steps, %d springls, volume %.1f\n", i, now[0].springls, now[0].volume);
+    ASSERT_EQ(17, after);
+    ASSERT_EQ(1, springls_tiling_count(tiling));
+    ASSERT_EQ(0, facing_it);
+    ASSERT_IN_RANGE(volume, now[0].volume, 0.05 * volume);
+    ASSERT_LT(now[0].springls, springls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Where all bodies have vanished there are none: nothing has a label or a wall, until one is added. */
+TEST all_vanish(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part ball = part_at(13.2f, 13.6f, 13.3f, 2.5f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_measures measures[1];
+    springls_walls walls;
+    static int32_t labels[VOXELS];
+    float speed = 0.5f, point[3] = { 3.0f, 3.0f, 3.0f };
+    int i;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &ball));
+    step.pressure = press_second;
+    step.user = &speed;
+    step.dt = 1.0f;
+    for (i = 0; i < 12 && springls_tiling_count(tiling); i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_EQ(0, springls_tiling_count(tiling));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_step(tiling, &step, NULL));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_copy_labels(tiling, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_sample_labels(tiling, point, 1, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_measure(tiling, measures));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_extract(tiling, &walls));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 3, part_of_ball, &ball));
+    ASSERT_IN_RANGE((double)i, springls_time(springls_tiling_body(tiling, 3)), 1e-4);
+    ASSERT_IN_RANGE((double)i, springls_time(springls_tiling_body(tiling, 0)), 1e-4);
+    ASSERT_EQ(springls_count(springls_tiling_body(tiling, 3)), springls_count(springls_tiling_body(tiling, 0)));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- what callers do meanwhile ---- */
+
+/* A model that a caller has replaced has lost what its springls face: a step finds it again. Its original surface, and with it the wall,
+   are where they were. */
+TEST models_may_be_replaced(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(12.4f, 13.7f, 13.1f, 6.0f, 1);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_context *body;
+    uint64_t before;
+    static int32_t facing[20000];
+    int i, k, faced = 0;
+    ASSERT_OK(set_two_halves(tiling, 6.0f));
+    body = springls_tiling_body(tiling, 4);
+    step.velocity = swirl;
+    step.dt = 0.0f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    for (k = 0; k < 2; k++) {
+        if (k == 0) ASSERT_OK(springls_set_implicit(body, part_of_ball, &first));
+        else ASSERT_OK(springls_remove_attribute(body, springls_find_attribute(body, "tiling.facing")));
+        before = springls_tiling_state_hash(tiling);
+        ASSERT_OK(springls_tiling_facing(tiling, 4, facing));
+        ASSERT(before == springls_tiling_state_hash(tiling));
+        ASSERT_EQ(-1, springls_find_attribute(body, "tiling.facing"));
+        step.dt = 0.0625f;
+        for (i = 0; i < 9; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    }
+    ASSERT_OK(springls_tiling_facing(tiling, 4, facing));
+    for (i = 0; i < springls_count(body); i++) faced += facing[i] == 9;
+    ASSERT_GT(faced, 60);
+    ASSERT_OK(springls_reset(springls_tiling_body(tiling, 0)));
+    first.center[0] = 24.0f;
+    first.radius = 2.0f;
+    first.side = 0;
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_add_implicit(tiling, 5, part_of_ball, &first));
+    ASSERT(error_has(tiling, "label 0"));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body that comes later has the time of the others. */
+TEST later_bodies_have_the_time(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 4.5f, 0), second = part_at(19.0f, 13.6f, 13.3f, 3.0f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    step.dt = 0.75f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_IN_RANGE(0.75, springls_time(springls_tiling_body(tiling, 0)), 1e-6);
+    ASSERT_IN_RANGE(0.75, springls_time(springls_tiling_body(tiling, 2)), 1e-6);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A map makes the same tiling wherever it is set, and reading leaves it so; before the first step too. */
+TEST the_past_does_not_matter(void)
+{
+    static int32_t labels[BALL_VOXELS], facing[20000];
+    springls_tiling *used = tiling_of_size(BALL, NULL), *fresh = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    int i;
+    three_labels(labels, BALL, 7.0f);
+    step.velocity = swirl;
+    step.dt = 0.0625f;
+    ASSERT_OK(springls_tiling_set_labels(used, labels, 1));
+    for (i = 0; i < 3; i++) ASSERT_OK(springls_tiling_step(used, &step, NULL));
+    ASSERT_OK(springls_tiling_set_labels(used, labels, 1));
+    ASSERT_OK(springls_tiling_set_labels(fresh, labels, 1));
+    ASSERT_OK(springls_tiling_facing(used, 70, facing));
+    ASSERT_OK(springls_tiling_facing(used, 0, facing));
+    ASSERT(springls_tiling_state_hash(used) == springls_tiling_state_hash(fresh));
+    for (i = 0; i < 8; i++) {
+        ASSERT_OK(springls_tiling_step(used, &step, NULL));
+        ASSERT_OK(springls_tiling_step(fresh, &step, NULL));
+        ASSERT(springls_tiling_state_hash(used) == springls_tiling_state_hash(fresh));
+    }
+    springls_tiling_destroy(used);
+    springls_tiling_destroy(fresh);
+    PASS();
+}
+
+/* Springls that a wall gets from its other side inherit the attributes of the caller, who may have all but one. */
+TEST mirrored_springls_inherit(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_attribute_desc attribute = { "A", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    static const int32_t label[3] = { 0, 4, 9 };
+    static float ones[20000];
+    char name[2] = "A";
+    int i, k, mirrored = 0;
+    for (i = 0; i < 20000; i++) ones[i] = 1.0f;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    attribute.name = name;
+    for (k = 0; k < 3; k++) {
+        springls_context *body = springls_tiling_body(tiling, label[k]);
+        for (name[0] = 'A'; springls_attribute_count(body) < SPRINGLS_MAX_ATTRIBUTES; name[0]++)
+            ASSERT_OK(springls_add_attribute(body, &attribute, ones, NULL));
+    }
+    step.velocity = swirl;
+    step.dt = 0.0625f;
+    for (i = 0; i < 24; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        mirrored += report.mirrored;
+    }
+    ASSERT_GT(mirrored, 0);
+    for (k = 0; k < 3; k++) {
+        springls_context *body = springls_tiling_body(tiling, label[k]);
+        const float *values = springls_view_attribute(body, springls_find_attribute(body, "A")).data;
+        for (i = 0; i < springls_count(body); i++) ASSERT_IN_RANGE(1.0, values[i], 1e-6);
+    }
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Those for which max_springls has no room are refused, and not counted as mirrored. */
+TEST mirrored_springls_are_counted(void)
+{
+    springls_desc desc = fixture_desc(BALL, NULL);
+    springls_tiling *tiling;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    static int32_t labels[BALL_VOXELS];
+    static const int32_t label[4] = { 0, 3, 70, 65535 };
+    int64_t refused = 0, added = 0;
+    int i, k, run, largest = 0;
+    three_labels(labels, BALL, 7.0f);
+    desc.backend = NULL;
+    for (run = 0; run < 2; run++) {
+        if (run) desc.max_springls = largest;
+        ASSERT_OK(springls_tiling_create(&desc, &tiling));
+        ASSERT_OK(springls_tiling_set_labels(tiling, labels, 0));
+        for (k = 0; k < 4; k++) {
+            const int springls = springls_count(springls_tiling_body(tiling, label[k]));
+            if (springls > largest) largest = springls;
+        }
+        step.velocity = swirl;
+        step.dt = 0.0625f;
+        for (i = 0; i < 8; i++) {
+            added = 0;
+            for (k = 0; k < 4; k++) added -= springls_get_stats(springls_tiling_body(tiling, label[k])).added;
+            ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+            for (k = 0; k < 4; k++) added += springls_get_stats(springls_tiling_body(tiling, label[k])).added;
+        }
+        for (k = 0; k < 4; k++) refused += springls_get_stats(springls_tiling_body(tiling, label[k])).refused;
+        ASSERT_GT(report.mirrored, 0);
+        ASSERT(report.mirrored <= (int)added);
+        springls_tiling_destroy(tiling);
+    }
+    ASSERT(refused > 0);
+    PASS();
+}
+
+/* ---- refusals ---- */
 
 TEST wrong_inputs_are_refused(void)
 {
@@ -486,6 +728,12 @@ TEST wrong_calls_are_refused(void)
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_measure(tiling, measures));
     three_labels(labels, SIZE, 6.0f);
     ASSERT_OK(springls_tiling_set_labels(tiling, labels, 1));
+    before = springls_tiling_state_hash(tiling);
+    step.velocity = not_a_number;
+    step.dt = 1.0f;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_tiling_step(tiling, &step, NULL)); /* the first step */
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    step = springls_default_tiling_step_desc();
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_facing(tiling, 8, labels));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_facing(tiling, 3, NULL));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_measure(tiling, NULL));
@@ -514,7 +762,7 @@ TEST wrong_calls_are_refused(void)
 /* ---- memory that runs out ---- */
 
 enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
-       CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract, CALLS };
+       CALL_first_step, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract, CALLS };
 
 static springls_status call_of(springls_tiling *tiling, int call)
 {
@@ -532,6 +780,7 @@ static springls_status call_of(springls_tiling *tiling, int call)
     case CALL_tiling_set_labels: three_labels(labels, BALL, 3.6f); return springls_tiling_set_labels(tiling, labels, 1);
     case CALL_tiling_add_implicit: return springls_tiling_add_implicit(tiling, 12, part_of_ball, &ball);
     case CALL_tiling_facing: return springls_tiling_facing(tiling, 3, labels);
+    case CALL_first_step:
     case CALL_tiling_step: return springls_tiling_step(tiling, &step, NULL);
     case CALL_tiling_sample_labels: return springls_tiling_sample_labels(tiling, point, 1, labels);
     case CALL_tiling_copy_labels: return springls_tiling_copy_labels(tiling, labels);
@@ -582,11 +831,12 @@ static greatest_test_res starve(int call, int k, bool *failed)
     PASS();
 }
 
-TEST every_allocation_may_fail(int call)
+/* Each allocation of a step and of create fails, and of other calls the first ones and every 37th. */
+TEST allocations_may_fail(int call)
 {
     bool failed = true;
     int k, total = 0;
-    for (k = 0; failed; k += k < 4 ? 1 : call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 37) {
+    for (k = 0; failed; k += k < 4 || call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 37) {
         CHECK_CALL(starve(call, k, &failed));
         total += failed;
     }
@@ -610,8 +860,16 @@ int main(int argc, char **argv)
     RUN_TEST(walls_stay_closed);
     RUN_TEST(bodies_meet);
     RUN_TEST(bodies_vanish);
+    RUN_TESTp(walls_vanish, 1);
+    RUN_TESTp(walls_vanish, 8);
+    RUN_TEST(all_vanish);
+    RUN_TEST(models_may_be_replaced);
+    RUN_TEST(later_bodies_have_the_time);
+    RUN_TEST(the_past_does_not_matter);
+    RUN_TEST(mirrored_springls_inherit);
+    RUN_TEST(mirrored_springls_are_counted);
     RUN_TEST(wrong_inputs_are_refused);
     RUN_TEST(wrong_calls_are_refused);
-    for (call = 0; call < CALLS; call++) RUN_TESTp(every_allocation_may_fail, call);
+    for (call = 0; call < CALLS; call++) RUN_TESTp(allocations_may_fail, call);
     GREATEST_MAIN_END();
 }
