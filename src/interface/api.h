@@ -1068,15 +1068,15 @@ SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tilin
 /* Returns how many bytes the tiling and its bodies hold from the allocator. */
 SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling);
 
-/* Replaces all bodies by those of a dense label map. smooth: how often each label's voxels are smoothed by (1 2 1) / 4 along each axis,
-   0 to 32, so that walls are no stairs; every voxel keeps its label. INVALID_ARGUMENT: also a
-   label below 0 or above 65,535, or one that touches the border of the grid. EMPTY_MODEL: all labels are 0, or one has too few voxels to
-   have a surface. After a failure the tiling is as before. */
+/* Replaces all bodies by those of a dense label map, one label a voxel, x fastest, then y. smooth: how often each label's voxels are
+   smoothed by (1 2 1) / 4 along each axis, 0 to 32, so that walls are no stairs; every voxel keeps its label. INVALID_ARGUMENT: also a
+   label below 0 or above 65,535, one that touches the border of the grid, or a grid of more than 2^31 - 1 voxels. EMPTY_MODEL: all
+   labels are 0, or one has too few voxels to have a surface. After a failure the tiling is as before. */
 SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth);
 
 /* Adds a body, sampled as by springls_set_implicit, with a new label. INVALID_ARGUMENT: also a label that is taken or out of range, a
-   body that touches the border of the grid, or one that would overlap another by more than half a voxel; bodies may touch. EMPTY_MODEL,
-   NON_FINITE: as springls_set_implicit. After a failure the tiling is as before. */
+   body that touches the border of the grid, or one that would overlap another: a voxel lies deeper than a quarter of a voxel in both;
+   bodies may touch. EMPTY_MODEL, NON_FINITE: as springls_set_implicit. After a failure the tiling is as before. */
 SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user);
 
 /* Returns how many bodies there are, without label 0. */
@@ -1145,10 +1145,11 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
 /* Finds the label of `count` world points. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out);
 
-/* Writes the label of every voxel, a dense volume. EMPTY_MODEL: there are no bodies. */
+/* Writes the label of every voxel, x fastest, then y. out: one a voxel of the grid. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out);
 
-/* Holds measures of a body. */
+/* Holds measures of a body. Labels and voxels are exact. Volume and area, as meshes of springls_tiling_body, are those of each model
+   alone, which overlap a little, or leave a gap, where the two sheets of a wall are not in one place. */
 typedef struct springls_tiling_measures {
     int32_t label;
     int springls;
@@ -1171,7 +1172,7 @@ typedef struct springls_walls {
 
 /* Makes the mesh of all walls, for viewing: one vertex in each cube of voxels that has several labels, so that triangles are few; some may
    cross where a body is thinner than two voxels. Walls end at the outermost voxels. Free it by springls_walls_free. On failure *walls is
-   all zero. EMPTY_MODEL: there are no bodies. */
+   all zero. INVALID_ARGUMENT: also a grid of more than 2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls);
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */

@@ -44,6 +44,15 @@ SPRINGLS__FN void springls__place_in_box(const int lower[3], const int width[3],
 
 SPRINGLS__FN size_t springls__box_voxels(const int width[3]) { return (size_t)width[0] * (size_t)width[1] * (size_t)width[2]; }
 
+/* Fails on a grid whose voxels cannot be numbered by int. */
+SPRINGLS__FN springls_status springls__check_voxels(springls_tiling *tiling, const char *call)
+{
+    const int *size = tiling->host->model.grid.size;
+    if ((uint64_t)size[0] * (uint64_t)size[1] * (uint64_t)size[2] <= (uint64_t)INT32_MAX) return SPRINGLS_OK;
+    return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: the grid has %d x %d x %d voxels: at most %d are possible here",
+                          call, size[0], size[1], size[2], (int)INT32_MAX);
+}
+
 /* Finds where each label is. Fails where a voxel has a label that there may not be, or one other than 0 lies at the border: a body needs
    a voxel of label 0 around it there. */
 SPRINGLS__FN springls_status springls__place_labels(springls_tiling *tiling, springls__label_map *map)
@@ -235,6 +244,7 @@ SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling,
     if (smooth < 0 || smooth > SPRINGLS__MOST_PASSES)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_set_labels: smooth is %d: it may be 0 to %d", smooth,
                               (int)SPRINGLS__MOST_PASSES);
+    SPRINGLS__TRY(springls__check_voxels(tiling, "tiling_set_labels"));
     memset(&map, 0, sizeof map);
     memset(&bodies, 0, sizeof bodies);
     map.labels = labels;
@@ -250,7 +260,7 @@ SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling,
 
 /* ---- one body more ---- */
 
-/* Returns the label of a body that a new one would overlap by more than a quarter of a voxel, -1 for none. */
+/* Returns the label of a body that a new one would overlap, -1 for none: a voxel lies deeper than a quarter of a voxel in both. */
 SPRINGLS__FN int32_t springls__body_in_the_way(const springls_tiling *tiling, const springls_context *added)
 {
     const springls__grid *g = &added->model.grid;
@@ -319,7 +329,7 @@ SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const
     const bool alone = springls_tiling_count(tiling) == 0;
     springls_status status;
     if (!alone && springls_count(tiling->body[0].ctx) == 0)
-        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the model of label 0, of all bodies together, has been emptied", call);
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the model of label 0 has been emptied", call);
     SPRINGLS__TRY(springls__body_create(tiling, call, 0, outer));
     status = springls__copy_model(outer->ctx, alone ? added->ctx : tiling->body[0].ctx);
     if (status == SPRINGLS_OK && !alone) status = springls_combine(outer->ctx, SPRINGLS_OPERATION_UNION, added->ctx);

@@ -1,6 +1,6 @@
-/* walls.h - the walls of a tiling as one mesh, two labels a triangle, by dual contouring of the labels: a vertex in each cube of eight voxels that
-   are not all of one label, a quad across each pair of neighbouring voxels whose labels differ. So walls meet in the vertices that they
-   share, without cracks.
+/* walls.h - the walls of a tiling as one mesh, two labels a triangle, by dual contouring of the labels: a vertex in each cube of eight
+   voxels that are not all of one label, a quad across each pair of neighbouring voxels whose labels differ. So walls meet in the
+   vertices that they share, without cracks.
 
    A vertex lies where the planes of the walls in its cube meet in least squares. A plane is where the two phi are equal, moved to the
    middle of the two sheets of springls there, which know it better. */
@@ -124,7 +124,7 @@ SPRINGLS__FN void springls__wall_vertex_task(void *arg, int begin, int end)
         springls__meet_planes(&planes, vertex);
         for (k = 0; k < 3; k++) {
             const double lower = (double)o[k] + margin, upper = (double)(o[k] + 1) - margin;
-            job->positions[3 * begin + k] = (float)(vertex[k] < lower ? lower : vertex[k] > upper ? upper : vertex[k]);
+            job->positions[3 * (size_t)begin + (size_t)k] = (float)(vertex[k] < lower ? lower : vertex[k] > upper ? upper : vertex[k]);
         }
     }
 }
@@ -216,15 +216,15 @@ SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const 
     if (walls->edges) {
         memcpy(corner, at, sizeof corner);
         corner[axis]--;
-        walls->edges[2 * walls->edge_count] = springls__vertex_at(job, corner);
-        walls->edges[2 * walls->edge_count + 1] = springls__vertex_at(job, at);
+        walls->edges[2 * (size_t)walls->edge_count] = springls__vertex_at(job, corner);
+        walls->edges[2 * (size_t)walls->edge_count + 1] = springls__vertex_at(job, at);
     }
     walls->edge_count++;
 }
 
 /* Counts the triangles and edges or, where there is room for them, writes them. Those that would need cubes beyond the outermost voxels are
-   left out. */
-SPRINGLS__FN void springls__add_walls(const springls__walls_job *job, springls_walls *walls)
+   left out. False: there are more than int counts. */
+SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_walls *walls)
 {
     int at[3], axis;
     walls->triangle_count = walls->edge_count = 0;
@@ -232,17 +232,21 @@ SPRINGLS__FN void springls__add_walls(const springls__walls_job *job, springls_w
         for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
             for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
                 for (axis = 0; axis < 3; axis++) {
+                    if (walls->triangle_count > INT32_MAX - 2 || walls->edge_count == INT32_MAX) return false;
                     springls__add_quad(job, at, axis, walls);
                     springls__add_wall_edge(job, at, axis, walls);
                 }
+    return true;
 }
 
 /* Lists the vertices where other than two edges end; `ends` has a number for each vertex. */
 SPRINGLS__FN void springls__list_corners(springls_walls *walls, int *ends)
 {
+    const size_t both = 2 * (size_t)walls->edge_count;
+    size_t e;
     int i;
     memset(ends, 0, (size_t)walls->vertex_count * sizeof *ends);
-    for (i = 0; i < 2 * walls->edge_count; i++) ends[walls->edges[i]]++;
+    for (e = 0; e < both; e++) ends[walls->edges[e]]++;
     for (i = 0; i < walls->vertex_count; i++)
         if (ends[i] != 0 && ends[i] != 2) walls->corners[walls->corner_count++] = i;
 }
@@ -251,9 +255,11 @@ SPRINGLS__FN void springls__list_corners(springls_walls *walls, int *ends)
 SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, springls_walls *walls)
 {
     const size_t vertices = (size_t)walls->vertex_count, triangles = (size_t)walls->triangle_count, edges = (size_t)walls->edge_count;
+    const double numbers = 3.0 * (double)vertices + 5.0 * (double)triangles + 4.0 * (double)edges + 1.0;
+    const bool possible = numbers * (double)sizeof(int) < (double)(SIZE_MAX / 2);
     int *at;
-    walls->bytes = (3 * vertices + 5 * triangles + 4 * edges + 1) * sizeof(int);
-    at = (int *)springls__allocate(tiling->host, walls->bytes);
+    walls->bytes = possible ? (3 * vertices + 5 * triangles + 4 * edges + 1) * sizeof(int) : 0;
+    at = possible ? (int *)springls__allocate(tiling->host, walls->bytes) : NULL;
     if (!at) {
         memset(walls, 0, sizeof *walls);
         return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "tiling_extract: out of memory");
@@ -280,7 +286,11 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     job.vertex = (int *)buffers[1].data;
     job.cube = (int *)buffers[2].data;
     walls->vertex_count = springls__number_cubes(&job);
-    springls__add_walls(&job, walls);
+    if (!springls__add_walls(&job, walls)) {
+        memset(walls, 0, sizeof *walls);
+        return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "tiling_extract: the walls have more than %d triangles",
+                              (int)INT32_MAX);
+    }
     SPRINGLS__TRY(springls__walls_reserve(tiling, walls));
     job.positions = walls->positions;
     springls__parallel(tiling->host, walls->vertex_count, 64, springls__wall_vertex_task, &job);
@@ -298,6 +308,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
     if (walls) memset(walls, 0, sizeof *walls);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
+    SPRINGLS__TRY(springls__check_voxels(tiling, "tiling_extract"));
     SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
     memset(buffers, 0, sizeof buffers);
     status = springls__extract_walls(tiling, buffers, walls);

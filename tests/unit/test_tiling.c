@@ -179,8 +179,8 @@ static double volume_by_walls(const springls_walls *walls, int32_t label)
     return volume;
 }
 
-/* Walls of three bodies in a ball: two triangles at each side but for edges, which have three or more, in one line that forks at two corners
-   or more; volumes are those of the voxels, and every triangle separates the labels on its two sides. */
+/* Walls of three bodies in a ball: two triangles at each side but for edges, which have three or more, in one line that forks at two
+   corners or more; volumes are those of the voxels, and every triangle separates the labels on its two sides. */
 TEST walls_meet_in_edges(int smooth)
 {
     static int32_t labels[VOXELS];
@@ -498,13 +498,13 @@ TEST all_vanish(void)
 TEST models_may_be_replaced(void)
 {
     springls_tiling *tiling = tiling_of_size(SIZE, NULL);
-    part first = part_at(12.4f, 13.7f, 13.1f, 6.0f, 1);
+    part first = part_at(12.4f, 13.7f, 13.1f, 7.0f, 1);
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
     springls_context *body;
     uint64_t before;
     static int32_t facing[20000];
     int i, k, faced = 0;
-    ASSERT_OK(set_two_halves(tiling, 6.0f));
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
     body = springls_tiling_body(tiling, 4);
     step.velocity = swirl;
     step.dt = 0.0f;
@@ -693,6 +693,20 @@ TEST wrong_inputs_are_refused(void)
     PASS();
 }
 
+/* A grid has more voxels than int counts: refused before a label is read. */
+TEST large_grids_are_refused(void)
+{
+    springls_tiling *tiling = tiling_of_size(1300, NULL);
+    int32_t label = 0;
+    springls_walls walls;
+    ASSERT(tiling);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_set_labels(tiling, &label, 0));
+    ASSERT(error_has(tiling, "1300 x 1300 x 1300 voxels"));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_extract(tiling, &walls));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 static void not_a_number(void *user, const springls_tiling_batch *batch, float *out)
 {
     int i;
@@ -869,6 +883,7 @@ int main(int argc, char **argv)
     RUN_TEST(mirrored_springls_inherit);
     RUN_TEST(mirrored_springls_are_counted);
     RUN_TEST(wrong_inputs_are_refused);
+    RUN_TEST(large_grids_are_refused);
     RUN_TEST(wrong_calls_are_refused);
     for (call = 0; call < CALLS; call++) RUN_TESTp(allocations_may_fail, call);
     GREATEST_MAIN_END();
