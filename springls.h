@@ -47958,14 +47958,6 @@ SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__b
 
 /* ---- what a springl faces ---- */
 
-/* Returns whether a body may have a sheet around x: its phi is not beyond that of any wall. */
-SPRINGLS__FN bool springls__phi_reaches(const springls__tiling_body *body, springls__v3 x)
-{
-    const springls__grid *g = &body->ctx->model.grid;
-    const float reach = 1.5f; /* voxels: WALL_REACH, and what phi may be behind the springls */
-    return springls__fabs(springls__grid_sample(g, g->phi, x)) < reach;
-}
-
 /* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
    is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
 SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
@@ -48033,7 +48025,7 @@ SPRINGLS__FN float springls__way_to_middle(float gap)
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place, and where the body is not by its phi.
+     lies in its place.
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -48042,7 +48034,6 @@ SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, spri
     float d = 0.0f;
     int other;
     if (there && faced > 0) return faced;
-    if (faced >= 0 && !there && !springls__phi_reaches(&tiling->body[faced], p)) faced = -1;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
     if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
     else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
@@ -48177,7 +48168,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && springls__phi_reaches(job->to, s->p)
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }

@@ -42,7 +42,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && springls__phi_reaches(job->to, s->p)
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }
