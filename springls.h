@@ -511,7 +511,7 @@
 
    Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure
    p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
-   springls as one: the halves of a ball take almost four times as long as the ball. Bodies are worked on side by side with tasks.
+   springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
 
    Not there yet: backends, windows, snapshots and combinations of whole tilings, films that break, and walls that never cross.
 
