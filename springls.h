@@ -6215,8 +6215,6 @@ struct springls_backend {
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
 };
 
-typedef springls_status (*springls__stage_fn)(springls_context *ctx);
-
 /* A run of a kernel on the host. */
 typedef struct springls__kernel_run {
     const springls_context *ctx;
@@ -6257,9 +6255,6 @@ typedef struct springls__work {
     int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
-    springls__stage_fn run; /* the function with several phases at work; NULL: that of the entry                */
-    int phase;              /* its next one                                                                     */
-    bool pending;           /* that phase is still to run                                                       */
     springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
 
@@ -12946,7 +12941,7 @@ typedef struct springls__entry {
     const struct springls__entry *table;
 } springls__entry;
 
-/* Runs a function, which may end with a loop (springls__loop), and with a phase of its own that follows (springls__next_phase). */
+/* Runs a function, which may end with a loop (springls__loop). */
 #define SPRINGLS__DO(function) { SPRINGLS__ENTRY_DO, #function, 0, 0, 0, function, NULL, NULL, NULL },
 /* Runs a kernel over all springls, active bricks or slots; _WITH: with arguments that a function writes. */
 #define SPRINGLS__KERNEL(name, over)                                                                                             \
@@ -13519,36 +13514,6 @@ SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, c
     return SPRINGLS_OK;
 }
 
-/* Ends a phase of a function that has several: `phase` follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
-{
-    ctx->work.phase = phase;
-    ctx->work.pending = true;
-    return SPRINGLS_OK;
-}
-
-/* Ends the last phase of a function: all phases of another one follow. */
-SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn run)
-{
-    ctx->work.run = run;
-    return springls__next_phase(ctx, 0);
-}
-
-/* Runs the function of an entry: its next phase. The entry is left after the last one. */
-SPRINGLS__FN springls_status springls__run_function_entry(springls_context *ctx, const springls__entry *entry)
-{
-    springls_status status;
-    ctx->work.pending = false;
-    status = (ctx->work.run ? ctx->work.run : entry->run)(ctx);
-    if (ctx->work.pending) {
-        springls__place_at_work(ctx)->next--;
-    } else {
-        ctx->work.run = NULL;
-        ctx->work.phase = 0;
-    }
-    return status;
-}
-
 /* Does what an entry says. It may end with a loop. */
 SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
 {
@@ -13563,7 +13528,7 @@ SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
         springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
         springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
         return SPRINGLS_OK;
-    default: return springls__run_function_entry(ctx, entry);
+    default: return (entry->run)(ctx);
     }
 }
 
@@ -13606,13 +13571,6 @@ SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stag
 SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const springls__entry *table)
 {
     return springls__run_stage(ctx, -1, table);
-}
-
-/* Runs all phases of a function to their end, also from inside an entry. */
-SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn run)
-{
-    const springls__entry table[] = { SPRINGLS__DO(run) SPRINGLS__END };
-    return springls__run_table(ctx, table);
 }
 
 /* Begins a step: its table, from the next springls__resume_step on. */
@@ -19677,7 +19635,7 @@ typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_FIND_PATCHES
 } springls__surface_kernel;
 
-/* The table while it is made: in SPRINGLS__SURFACE_JOB, for the phases. */
+/* The table while it is made: in SPRINGLS__SURFACE_JOB, from one entry to the next. */
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
@@ -19688,6 +19646,11 @@ typedef struct springls__surface_job {
     int bricks;
     size_t table_size;
 } springls__surface_job;
+
+SPRINGLS__FN springls__surface_job *springls__surface_job_of(const springls_context *ctx)
+{
+    return (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+}
 
 /* Working memory of one lane. */
 typedef union springls__surface_work {
@@ -19726,14 +19689,21 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     }
 }
 
-/* Ends the phase with a kernel over all bricks; `next` follows. */
-SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel, int next)
+/* Ends an entry with a loop over `count` elements, each lane with its working memory. */
+SPRINGLS__FN springls_status springls__surface_loop(springls_context *ctx, int count, int grain, springls__loop_work work)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    springls__loop_over(ctx, count, grain, floats, work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
+}
+
+/* Ends an entry with a kernel over all bricks. */
+SPRINGLS__FN springls_status springls__surface_run(springls_context *ctx, springls__surface_kernel kernel)
+{
+    springls__surface_job *job = springls__surface_job_of(ctx);
     job->kernel = kernel;
-    springls__loop_over(job->ctx, job->bricks, 1, floats, springls__surface_brick_task, job);
-    return springls__next_phase(job->ctx, next);
+    return springls__surface_loop(ctx, job->bricks, 1, springls__surface_brick_task);
 }
 
 /* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
@@ -19946,9 +19916,9 @@ SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
 }
 
 /* Puts the hits of all springls into rows. */
-SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     const springls__row_hit *hit;
     int i, b, k, hits;
     for (i = 0; i < ctx->model.set.count; i++)
@@ -19967,28 +19937,30 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
 }
 
 /* Makes room for all crossings. Their vertices have the first numbers; of those some are not used. */
-SPRINGLS__FN springls_status springls__reserve_crossings(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_crossings(springls_context *ctx)
 {
+    springls__surface_job *job = springls__surface_job_of(ctx);
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
                                        &job->contour.first_corner));
-    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    job->contour.crossing = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
     return SPRINGLS_OK;
 }
 
 /* Makes room for all arcs. */
-SPRINGLS__FN springls_status springls__reserve_arcs(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_arcs(springls_context *ctx)
 {
+    springls__surface_job *job = springls__surface_job_of(ctx);
     int arcs;
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
     job->contour.first_inner = job->contour.first_corner + 2 * arcs;
-    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    job->contour.arc = (springls__arc *)ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
     return SPRINGLS_OK;
 }
 
 /* Makes room for triangles, and for vertices in cells. */
-SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_triangles(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     int64_t sum = 0;
     int b;
     for (b = 0; b < job->bricks; b++) {
@@ -20052,11 +20024,12 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
 }
 
 /* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
-   Returns whether there is anything to do again. */
-SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
+   Counts those cells (springls__found_some): arcs and patches are to be made again in the bricks around them. */
+SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
-    bool some = false;
+    const springls__surface_job *job = springls__surface_job_of(ctx);
     int b, node, d;
+    ctx->work.found = 0;
     for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
@@ -20064,12 +20037,12 @@ SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
             if (!springls__bit_of(brick->conflict, node)) continue;
             if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
             brick->plain[node] = 1;
-            some = true;
+            ctx->work.found++;
             for (d = 0; d < 27; d++)
                 if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
         }
     }
-    return some;
+    return SPRINGLS_OK;
 }
 
 /* ---- the mesh ---- */
@@ -20165,32 +20138,35 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Begins the table: its bricks, and room for what is known of each springl. */
+/* ---- the order of the kernels ---- */
+
+/* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const size_t count = (size_t)ctx->model.set.count;
+    const int count = ctx->model.set.count;
     springls__surface_job *job;
     ctx->surface_version = 0;
     ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
-    job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    job = springls__surface_job_of(ctx);
     memset(job, 0, sizeof *job);
     job->ctx = ctx;
     SPRINGLS__TRY(springls__surface_bricks(job));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, count, sizeof(springls__surfel)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, count + 1, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
     job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
     job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
+    springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, job);
     return SPRINGLS_OK;
 }
 
 /* Ends the table: its mesh is kept until the model changes. */
-SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     springls__raw_mesh mesh;
     memset(&mesh, 0, sizeof mesh);
-    SPRINGLS__TRY(springls__surface_gather(job, &mesh));
+    if (job->bricks > 0) SPRINGLS__TRY(springls__surface_gather(job, &mesh));
     springls__surface_normals(&mesh);
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
@@ -20199,82 +20175,109 @@ SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__TABLE_BEGIN,
-    SPRINGLS__TABLE_CREASES,
-    SPRINGLS__TABLE_COUNT_HITS,
-    SPRINGLS__TABLE_FIND_HITS,
-    SPRINGLS__TABLE_PUT_HITS,
-    SPRINGLS__TABLE_WEIGH_HITS,
-    SPRINGLS__TABLE_SIDES,
-    SPRINGLS__TABLE_COUNT_CROSSINGS,
-    SPRINGLS__TABLE_CROSSINGS,
-    SPRINGLS__TABLE_COUNT_ARCS,
-    SPRINGLS__TABLE_ARCS,
-    SPRINGLS__TABLE_COUNT_LINKS,
-    SPRINGLS__TABLE_RESERVE_PATCHES,
-    SPRINGLS__TABLE_SIMPLIFY,
-    SPRINGLS__TABLE_ARCS_AGAIN,
-    SPRINGLS__TABLE_PATCHES
-};
+SPRINGLS__FN bool springls__surface_has_bricks(const springls_context *ctx) { return springls__surface_job_of(ctx)->bricks > 0; }
 
-/* Makes the mesh of what springls hold, a stage that can be resumed. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx)
+SPRINGLS__FN bool springls__surface_is_stale(const springls_context *ctx) { return ctx->surface_version != ctx->model_version; }
+
+SPRINGLS__FN springls_status springls__find_creases(springls_context *ctx)
 {
-    const int count = ctx->model.set.count, blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    springls__surface_job *job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
-    switch (ctx->work.phase) {
-    case SPRINGLS__TABLE_BEGIN:
-        SPRINGLS__TRY(springls__surface_begin(ctx));
-        if (ctx->model.grid.active_count == 0) {
-            ctx->surface_version = ctx->model_version;
-            return SPRINGLS_OK;
-        }
-        springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, ctx->surface_memory[SPRINGLS__SURFACE_JOB].data);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_CREASES);
-    case SPRINGLS__TABLE_CREASES:
-        springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_COUNT_HITS);
-    case SPRINGLS__TABLE_COUNT_HITS:
-        springls__loop_over(ctx, count, 256, 0, springls__count_hits_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_FIND_HITS);
-    case SPRINGLS__TABLE_FIND_HITS:
-        SPRINGLS__TRY(springls__begin_hits(job));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
-        springls__loop_over(ctx, count, 64, floats, springls__find_hits_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_PUT_HITS);
-    case SPRINGLS__TABLE_PUT_HITS:
-        SPRINGLS__TRY(springls__surface_hits(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS, SPRINGLS__TABLE_WEIGH_HITS);
-    case SPRINGLS__TABLE_WEIGH_HITS: return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS, SPRINGLS__TABLE_SIDES);
-    case SPRINGLS__TABLE_SIDES: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES, SPRINGLS__TABLE_COUNT_CROSSINGS);
-    case SPRINGLS__TABLE_COUNT_CROSSINGS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS, SPRINGLS__TABLE_CROSSINGS);
-    case SPRINGLS__TABLE_CROSSINGS:
-        SPRINGLS__TRY(springls__reserve_crossings(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS, SPRINGLS__TABLE_COUNT_ARCS);
-    case SPRINGLS__TABLE_COUNT_ARCS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS);
-    case SPRINGLS__TABLE_ARCS:
-        SPRINGLS__TRY(springls__reserve_arcs(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_COUNT_LINKS);
-    case SPRINGLS__TABLE_COUNT_LINKS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS, SPRINGLS__TABLE_RESERVE_PATCHES);
-    case SPRINGLS__TABLE_RESERVE_PATCHES:
-        SPRINGLS__TRY(springls__reserve_triangles(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
-    case SPRINGLS__TABLE_SIMPLIFY:
-        if (!springls__simplify_cells(job)) return springls__surface_end(job);
-        return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS_AGAIN);
-    case SPRINGLS__TABLE_ARCS_AGAIN: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_PATCHES);
-    case SPRINGLS__TABLE_PATCHES:
-    default: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
-    }
+    const int blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
+    springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__count_hits(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__count_hits_work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_hits(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_hits(springls__surface_job_of(ctx)));
+    return springls__surface_loop(ctx, ctx->model.set.count, 64, springls__find_hits_work);
+}
+
+SPRINGLS__FN springls_status springls__sort_all_hits(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_SORT_HITS);
+}
+
+SPRINGLS__FN springls_status springls__weigh_all_hits(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_WEIGH_HITS);
+}
+
+SPRINGLS__FN springls_status springls__find_sides_of_nodes(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_SIDES);
+}
+
+SPRINGLS__FN springls_status springls__count_all_crossings(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_CROSSINGS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_crossings(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_CROSSINGS);
+}
+
+SPRINGLS__FN springls_status springls__count_all_arcs(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_ARCS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_arcs(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_ARCS);
+}
+
+SPRINGLS__FN springls_status springls__count_all_links(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_LINKS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_patches(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_PATCHES);
+}
+
+/* Arcs, links and patches are made from what was found before them, until no triangles of a cell cross. */
+static const springls__entry springls__surface_table[] = {
+    SPRINGLS__DO(springls__surface_begin)
+    SPRINGLS__IF(springls__surface_has_bricks)
+        SPRINGLS__DO(springls__find_creases)
+        SPRINGLS__DO(springls__count_hits)
+        SPRINGLS__DO(springls__find_hits)
+        SPRINGLS__DO(springls__put_hits)
+        SPRINGLS__DO(springls__sort_all_hits)
+        SPRINGLS__DO(springls__weigh_all_hits)
+        SPRINGLS__DO(springls__find_sides_of_nodes)
+        SPRINGLS__DO(springls__count_all_crossings)
+        SPRINGLS__DO(springls__reserve_crossings)
+        SPRINGLS__DO(springls__find_all_crossings)
+        SPRINGLS__DO(springls__count_all_arcs)
+        SPRINGLS__DO(springls__reserve_arcs)
+        SPRINGLS__DO(springls__find_all_arcs)
+        SPRINGLS__DO(springls__count_all_links)
+        SPRINGLS__DO(springls__reserve_triangles)
+        SPRINGLS__DO(springls__find_all_patches)
+        SPRINGLS__DO(springls__simplify_cells)
+        SPRINGLS__REPEAT_WHILE(springls__found_some)
+            SPRINGLS__DO(springls__count_all_arcs)
+            SPRINGLS__DO(springls__find_all_arcs)
+            SPRINGLS__DO(springls__find_all_patches)
+            SPRINGLS__DO(springls__simplify_cells)
+        SPRINGLS__END
+    SPRINGLS__END
+    SPRINGLS__DO(springls__surface_end)
+SPRINGLS__END };
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
 {
-    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
-    return springls__run_to_completion(ctx, springls__make_surface_mesh);
+    return springls__surface_is_stale(ctx) ? springls__run_table(ctx, springls__surface_table) : SPRINGLS_OK;
 }
 
 /* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */
@@ -27691,7 +27694,7 @@ SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store
 
 /* ---- from the table to a contour ---- */
 
-/* The table of the mesh that is kept, as springls__make_surface_mesh has left it. */
+/* The table of the mesh that is kept, as springls__surface_table has left it. */
 typedef struct springls__kept_table {
     const springls__surface_brick *brick;
     const int *rank, *corners;
@@ -28893,75 +28896,106 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-/* Makes the mesh of what springls hold where the model has changed. */
-SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
+/* ---- an update of what springls hold: writes c->chunk. The published contour stays until the consumer has received the list ---- */
+
+SPRINGLS__FN springls__contour_store *springls__new_contour(const springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    return &contours->store[1 - contours->now];
+}
+
+SPRINGLS__FN void springls__loop_over_contour(springls_context *ctx, springls__loop_work work)
+{
+    springls__loop_over(ctx, springls__new_contour(ctx)->bricks, 16, 0, work, &ctx->step.chunks->contours);
+}
+
+SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
 {
     ctx->work.on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
-    return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
+    return springls__read_cell_list(ctx);
 }
 
-enum {
-    SPRINGLS__CONTOURS_COUNT,
-    SPRINGLS__CONTOURS_FILL,
-    SPRINGLS__CONTOURS_CORNERS,
-    SPRINGLS__CONTOURS_PUBLISH,
-    SPRINGLS__CONTOURS_COMPARE,
-    SPRINGLS__CONTOURS_NUMBER,
-    SPRINGLS__CONTOURS_FILL_CHUNKS,
-    SPRINGLS__CONTOURS_FILLED
-};
-
-/* Publishes what has changed of what springls hold, and meshes it: writes c->chunk. The published contour stays until the consumer has
-   received the list. */
-SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
-    const int bricks = contours->store[1 - contours->now].bricks;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CONTOURS_COUNT:
-        SPRINGLS__TRY(springls__change_to_contours(ctx, c));
-        if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
-            contours->store[contours->now].stale = true;
-        contours->ctx = ctx;
-        contours->tolerance = c->desc.tolerance;
-        contours->with_ids = c->desc.correspondences;
-        SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
-        springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);
-    case SPRINGLS__CONTOURS_FILL:
-        SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
-        springls__loop_over(ctx, contours->store[1 - contours->now].bricks, 16, 0, springls__fill_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_CORNERS);
-    case SPRINGLS__CONTOURS_CORNERS:
-        springls__loop_over(ctx, bricks, 16, 0, springls__fill_corners_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_PUBLISH);
-    case SPRINGLS__CONTOURS_PUBLISH:
-        SPRINGLS__TRY(springls__mark_moved_contours(ctx, c));
-        springls__loop_over(ctx, bricks, 16, 0, springls__publish_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_COMPARE);
-    case SPRINGLS__CONTOURS_COMPARE:
-        springls__loop_over(ctx, bricks, 16, 0, springls__compare_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_NUMBER);
-    case SPRINGLS__CONTOURS_NUMBER:
-        SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, contours, &c->chunk_memory));
-        c->chunk = (springls_chunk *)c->chunk_memory.data;
-        c->count = springls__list_contour_chunks(contours, c->chunk);
-        springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL_CHUNKS);
-    case SPRINGLS__CONTOURS_FILL_CHUNKS:
-        SPRINGLS__TRY(springls__numbers_fit(ctx, c));
-        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILLED);
-    case SPRINGLS__CONTOURS_FILLED:
-    default:
-        c->state = SPRINGLS__CHUNKS_READY;
-        return SPRINGLS_OK;
-    }
+    SPRINGLS__TRY(springls__change_to_contours(ctx, c));
+    if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
+        contours->store[contours->now].stale = true;
+    contours->ctx = ctx;
+    contours->tolerance = c->desc.tolerance;
+    contours->with_ids = c->desc.correspondences;
+    SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
+    springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
+    return SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__fill_contour(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__list_contour_bricks(ctx, &ctx->step.chunks->contours));
+    springls__loop_over_contour(ctx, springls__fill_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_corners(springls_context *ctx)
+{
+    springls__loop_over_contour(ctx, springls__fill_corners_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__publish_contour(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__mark_moved_contours(ctx, ctx->step.chunks));
+    springls__loop_over_contour(ctx, springls__publish_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__compare_contour(springls_context *ctx)
+{
+    springls__loop_over_contour(ctx, springls__compare_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__number_contour_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, &c->contours, &c->chunk_memory));
+    c->chunk = (springls_chunk *)c->chunk_memory.data;
+    c->count = springls__list_contour_chunks(&c->contours, c->chunk);
+    springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_contour_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__numbers_fit(ctx, c));
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+    springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *ctx)
+{
+    ctx->step.chunks->state = SPRINGLS__CHUNKS_READY;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__update_contours[] = {
+    SPRINGLS__DO(springls__read_springls)
+    SPRINGLS__IF(springls__surface_is_stale)
+        SPRINGLS__CALL(springls__surface_table)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__count_contour)
+    SPRINGLS__DO(springls__fill_contour)
+    SPRINGLS__DO(springls__fill_corners)
+    SPRINGLS__DO(springls__publish_contour)
+    SPRINGLS__DO(springls__compare_contour)
+    SPRINGLS__DO(springls__number_contour_chunks)
+    SPRINGLS__DO(springls__fill_contour_chunks)
+    SPRINGLS__DO(springls__contour_chunks_filled)
+SPRINGLS__END };
 
 /* ---- an update: what is in progress (ctx->step) instead of a step ---- */
 
@@ -29023,6 +29057,13 @@ SPRINGLS__FN springls_status springls__chunks_filled(springls_context *ctx)
 
 SPRINGLS__FN bool springls__contours_level_set(const springls_context *ctx) { return !springls__contours_springls(ctx); }
 
+static const springls__entry springls__update_level_set_chunks[] = {
+    SPRINGLS__DO(springls__publish_changes)
+    SPRINGLS__DO(springls__count_in_chunks)
+    SPRINGLS__DO(springls__fill_chunks)
+    SPRINGLS__DO(springls__chunks_filled)
+SPRINGLS__END };
+
 /* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
 static const springls__entry springls__chunks_update[] = {
     SPRINGLS__IF(springls__phi_lags)
@@ -29031,14 +29072,10 @@ static const springls__entry springls__chunks_update[] = {
         SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_springls)
-        SPRINGLS__DO(springls__make_contour)
-        SPRINGLS__DO(springls__update_contours)
+        SPRINGLS__CALL(springls__update_contours)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_level_set)
-        SPRINGLS__DO(springls__publish_changes)
-        SPRINGLS__DO(springls__count_in_chunks)
-        SPRINGLS__DO(springls__fill_chunks)
-        SPRINGLS__DO(springls__chunks_filled)
+        SPRINGLS__CALL(springls__update_level_set_chunks)
     SPRINGLS__END
 SPRINGLS__END };
 
@@ -36971,7 +37008,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6706 \"springls.h\"\n",
+    "#line 6701 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37371,7 +37408,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7107 \"springls.h\"\n",
+    "#line 7102 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37397,7 +37434,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7134 \"springls.h\"\n",
+    "#line 7129 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37485,7 +37522,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7223 \"springls.h\"\n",
+    "#line 7218 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37625,7 +37662,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7364 \"springls.h\"\n",
+    "#line 7359 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37730,7 +37767,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7470 \"springls.h\"\n",
+    "#line 7465 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37962,7 +37999,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7703 \"springls.h\"\n",
+    "#line 7698 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -37992,7 +38029,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7733 \"springls.h\"\n",
+    "#line 7728 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38007,7 +38044,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7749 \"springls.h\"\n",
+    "#line 7744 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38176,7 +38213,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7918 \"springls.h\"\n",
+    "#line 7913 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38191,7 +38228,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7933 \"springls.h\"\n",
+    "#line 7928 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38360,7 +38397,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8102 \"springls.h\"\n",
+    "#line 8097 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38414,7 +38451,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8157 \"springls.h\"\n",
+    "#line 8152 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38440,7 +38477,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8183 \"springls.h\"\n",
+    "#line 8178 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38455,7 +38492,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8199 \"springls.h\"\n",
+    "#line 8194 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38538,7 +38575,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8282 \"springls.h\"\n",
+    "#line 8277 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38553,7 +38590,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8292 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38636,7 +38673,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8380 \"springls.h\"\n",
+    "#line 8375 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38710,7 +38747,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8455 \"springls.h\"\n",
+    "#line 8450 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39263,7 +39300,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9009 \"springls.h\"\n",
+    "#line 9004 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39359,7 +39396,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9106 \"springls.h\"\n",
+    "#line 9101 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39480,7 +39517,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9228 \"springls.h\"\n",
+    "#line 9223 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39761,7 +39798,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9510 \"springls.h\"\n",
+    "#line 9505 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39847,7 +39884,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9597 \"springls.h\"\n",
+    "#line 9592 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -39990,7 +40027,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9741 \"springls.h\"\n",
+    "#line 9736 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40179,7 +40216,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9931 \"springls.h\"\n",
+    "#line 9926 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40304,7 +40341,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10057 \"springls.h\"\n",
+    "#line 10052 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40338,7 +40375,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10092 \"springls.h\"\n",
+    "#line 10087 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40876,7 +40913,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10631 \"springls.h\"\n",
+    "#line 10626 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41026,7 +41063,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10782 \"springls.h\"\n",
+    "#line 10777 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41104,7 +41141,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10861 \"springls.h\"\n",
+    "#line 10856 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41353,7 +41390,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11111 \"springls.h\"\n",
+    "#line 11106 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41578,7 +41615,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11337 \"springls.h\"\n",
+    "#line 11332 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41682,7 +41719,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11442 \"springls.h\"\n",
+    "#line 11437 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41779,7 +41816,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11540 \"springls.h\"\n",
+    "#line 11535 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42317,7 +42354,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12079 \"springls.h\"\n",
+    "#line 12074 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42350,7 +42387,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12113 \"springls.h\"\n",
+    "#line 12108 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42375,14 +42412,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12139 \"springls.h\"\n",
+    "#line 12134 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12146 \"springls.h\"\n",
+    "#line 12141 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42397,7 +42434,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12162 \"springls.h\"\n",
+    "#line 12157 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42523,7 +42560,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12288 \"springls.h\"\n",
+    "#line 12283 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42538,7 +42575,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12303 \"springls.h\"\n",
+    "#line 12298 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42664,7 +42701,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12430 \"springls.h\"\n",
+    "#line 12425 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42956,7 +42993,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12723 \"springls.h\"\n",
+    "#line 12718 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43091,7 +43128,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17404 \"springls.h\"\n",
+    "#line 17362 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44154,7 +44191,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18468 \"springls.h\"\n",
+    "#line 18426 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44751,7 +44788,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19066 \"springls.h\"\n",
+    "#line 19024 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45348,7 +45385,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45352 \"springls.h\"\n",
+    "#line 45389 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

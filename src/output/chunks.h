@@ -786,75 +786,106 @@ SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-/* Makes the mesh of what springls hold where the model has changed. */
-SPRINGLS__FN springls_status springls__make_contour(springls_context *ctx)
+/* ---- an update of what springls hold: writes c->chunk. The published contour stays until the consumer has received the list ---- */
+
+SPRINGLS__FN springls__contour_store *springls__new_contour(const springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    return &contours->store[1 - contours->now];
+}
+
+SPRINGLS__FN void springls__loop_over_contour(springls_context *ctx, springls__loop_work work)
+{
+    springls__loop_over(ctx, springls__new_contour(ctx)->bricks, 16, 0, work, &ctx->step.chunks->contours);
+}
+
+SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
 {
     ctx->work.on_device = false;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
-    return ctx->surface_version == ctx->model_version ? SPRINGLS_OK : springls__next_stage(ctx, springls__make_surface_mesh);
+    return springls__read_cell_list(ctx);
 }
 
-enum {
-    SPRINGLS__CONTOURS_COUNT,
-    SPRINGLS__CONTOURS_FILL,
-    SPRINGLS__CONTOURS_CORNERS,
-    SPRINGLS__CONTOURS_PUBLISH,
-    SPRINGLS__CONTOURS_COMPARE,
-    SPRINGLS__CONTOURS_NUMBER,
-    SPRINGLS__CONTOURS_FILL_CHUNKS,
-    SPRINGLS__CONTOURS_FILLED
-};
-
-/* Publishes what has changed of what springls hold, and meshes it: writes c->chunk. The published contour stays until the consumer has
-   received the list. */
-SPRINGLS__FN springls_status springls__update_contours(springls_context *ctx)
+SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
-    const int bricks = contours->store[1 - contours->now].bricks;
-    switch (ctx->work.phase) {
-    case SPRINGLS__CONTOURS_COUNT:
-        SPRINGLS__TRY(springls__change_to_contours(ctx, c));
-        if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
-            contours->store[contours->now].stale = true;
-        contours->ctx = ctx;
-        contours->tolerance = c->desc.tolerance;
-        contours->with_ids = c->desc.correspondences;
-        SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
-        springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL);
-    case SPRINGLS__CONTOURS_FILL:
-        SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
-        springls__loop_over(ctx, contours->store[1 - contours->now].bricks, 16, 0, springls__fill_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_CORNERS);
-    case SPRINGLS__CONTOURS_CORNERS:
-        springls__loop_over(ctx, bricks, 16, 0, springls__fill_corners_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_PUBLISH);
-    case SPRINGLS__CONTOURS_PUBLISH:
-        SPRINGLS__TRY(springls__mark_moved_contours(ctx, c));
-        springls__loop_over(ctx, bricks, 16, 0, springls__publish_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_COMPARE);
-    case SPRINGLS__CONTOURS_COMPARE:
-        springls__loop_over(ctx, bricks, 16, 0, springls__compare_contour_work, contours);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_NUMBER);
-    case SPRINGLS__CONTOURS_NUMBER:
-        SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, contours, &c->chunk_memory));
-        c->chunk = (springls_chunk *)c->chunk_memory.data;
-        c->count = springls__list_contour_chunks(contours, c->chunk);
-        springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILL_CHUNKS);
-    case SPRINGLS__CONTOURS_FILL_CHUNKS:
-        SPRINGLS__TRY(springls__numbers_fit(ctx, c));
-        SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
-        return springls__next_phase(ctx, SPRINGLS__CONTOURS_FILLED);
-    case SPRINGLS__CONTOURS_FILLED:
-    default:
-        c->state = SPRINGLS__CHUNKS_READY;
-        return SPRINGLS_OK;
-    }
+    SPRINGLS__TRY(springls__change_to_contours(ctx, c));
+    if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
+        contours->store[contours->now].stale = true;
+    contours->ctx = ctx;
+    contours->tolerance = c->desc.tolerance;
+    contours->with_ids = c->desc.correspondences;
+    SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
+    springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
+    return SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__fill_contour(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__list_contour_bricks(ctx, &ctx->step.chunks->contours));
+    springls__loop_over_contour(ctx, springls__fill_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_corners(springls_context *ctx)
+{
+    springls__loop_over_contour(ctx, springls__fill_corners_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__publish_contour(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__mark_moved_contours(ctx, ctx->step.chunks));
+    springls__loop_over_contour(ctx, springls__publish_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__compare_contour(springls_context *ctx)
+{
+    springls__loop_over_contour(ctx, springls__compare_contour_work);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__number_contour_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__reserve_contour_chunks(ctx, &c->contours, &c->chunk_memory));
+    c->chunk = (springls_chunk *)c->chunk_memory.data;
+    c->count = springls__list_contour_chunks(&c->contours, c->chunk);
+    springls__loop_over(ctx, c->count, 4, 0, springls__number_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_contour_chunks(springls_context *ctx)
+{
+    springls_chunks *c = ctx->step.chunks;
+    SPRINGLS__TRY(springls__numbers_fit(ctx, c));
+    SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
+    springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *ctx)
+{
+    ctx->step.chunks->state = SPRINGLS__CHUNKS_READY;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__update_contours[] = {
+    SPRINGLS__DO(springls__read_springls)
+    SPRINGLS__IF(springls__surface_is_stale)
+        SPRINGLS__CALL(springls__surface_table)
+    SPRINGLS__END
+    SPRINGLS__DO(springls__count_contour)
+    SPRINGLS__DO(springls__fill_contour)
+    SPRINGLS__DO(springls__fill_corners)
+    SPRINGLS__DO(springls__publish_contour)
+    SPRINGLS__DO(springls__compare_contour)
+    SPRINGLS__DO(springls__number_contour_chunks)
+    SPRINGLS__DO(springls__fill_contour_chunks)
+    SPRINGLS__DO(springls__contour_chunks_filled)
+SPRINGLS__END };
 
 /* ---- an update: what is in progress (ctx->step) instead of a step ---- */
 
@@ -916,6 +947,13 @@ SPRINGLS__FN springls_status springls__chunks_filled(springls_context *ctx)
 
 SPRINGLS__FN bool springls__contours_level_set(const springls_context *ctx) { return !springls__contours_springls(ctx); }
 
+static const springls__entry springls__update_level_set_chunks[] = {
+    SPRINGLS__DO(springls__publish_changes)
+    SPRINGLS__DO(springls__count_in_chunks)
+    SPRINGLS__DO(springls__fill_chunks)
+    SPRINGLS__DO(springls__chunks_filled)
+SPRINGLS__END };
+
 /* What an update does: phi follows for a reader (springls__read_level_set), then the chunks. */
 static const springls__entry springls__chunks_update[] = {
     SPRINGLS__IF(springls__phi_lags)
@@ -924,14 +962,10 @@ static const springls__entry springls__chunks_update[] = {
         SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_springls)
-        SPRINGLS__DO(springls__make_contour)
-        SPRINGLS__DO(springls__update_contours)
+        SPRINGLS__CALL(springls__update_contours)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_level_set)
-        SPRINGLS__DO(springls__publish_changes)
-        SPRINGLS__DO(springls__count_in_chunks)
-        SPRINGLS__DO(springls__fill_chunks)
-        SPRINGLS__DO(springls__chunks_filled)
+        SPRINGLS__CALL(springls__update_level_set_chunks)
     SPRINGLS__END
 SPRINGLS__END };
 

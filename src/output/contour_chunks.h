@@ -170,7 +170,7 @@ SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store
 
 /* ---- from the table to a contour ---- */
 
-/* The table of the mesh that is kept, as springls__make_surface_mesh has left it. */
+/* The table of the mesh that is kept, as springls__surface_table has left it. */
 typedef struct springls__kept_table {
     const springls__surface_brick *brick;
     const int *rank, *corners;

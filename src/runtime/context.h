@@ -120,8 +120,6 @@ struct springls_backend {
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
 };
 
-typedef springls_status (*springls__stage_fn)(springls_context *ctx);
-
 /* A run of a kernel on the host. */
 typedef struct springls__kernel_run {
     const springls_context *ctx;
@@ -162,9 +160,6 @@ typedef struct springls__work {
     int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
-    springls__stage_fn run; /* the function with several phases at work; NULL: that of the entry                */
-    int phase;              /* its next one                                                                     */
-    bool pending;           /* that phase is still to run                                                       */
     springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
 

@@ -39,7 +39,7 @@ typedef struct springls__entry {
     const struct springls__entry *table;
 } springls__entry;
 
-/* Runs a function, which may end with a loop (springls__loop), and with a phase of its own that follows (springls__next_phase). */
+/* Runs a function, which may end with a loop (springls__loop). */
 #define SPRINGLS__DO(function) { SPRINGLS__ENTRY_DO, #function, 0, 0, 0, function, NULL, NULL, NULL },
 /* Runs a kernel over all springls, active bricks or slots; _WITH: with arguments that a function writes. */
 #define SPRINGLS__KERNEL(name, over)                                                                                             \

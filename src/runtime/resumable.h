@@ -186,36 +186,6 @@ SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, c
     return SPRINGLS_OK;
 }
 
-/* Ends a phase of a function that has several: `phase` follows. */
-SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
-{
-    ctx->work.phase = phase;
-    ctx->work.pending = true;
-    return SPRINGLS_OK;
-}
-
-/* Ends the last phase of a function: all phases of another one follow. */
-SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn run)
-{
-    ctx->work.run = run;
-    return springls__next_phase(ctx, 0);
-}
-
-/* Runs the function of an entry: its next phase. The entry is left after the last one. */
-SPRINGLS__FN springls_status springls__run_function_entry(springls_context *ctx, const springls__entry *entry)
-{
-    springls_status status;
-    ctx->work.pending = false;
-    status = (ctx->work.run ? ctx->work.run : entry->run)(ctx);
-    if (ctx->work.pending) {
-        springls__place_at_work(ctx)->next--;
-    } else {
-        ctx->work.run = NULL;
-        ctx->work.phase = 0;
-    }
-    return status;
-}
-
 /* Does what an entry says. It may end with a loop. */
 SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
 {
@@ -230,7 +200,7 @@ SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
         springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
         springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
         return SPRINGLS_OK;
-    default: return springls__run_function_entry(ctx, entry);
+    default: return (entry->run)(ctx);
     }
 }
 
@@ -273,13 +243,6 @@ SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stag
 SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const springls__entry *table)
 {
     return springls__run_stage(ctx, -1, table);
-}
-
-/* Runs all phases of a function to their end, also from inside an entry. */
-SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn run)
-{
-    const springls__entry table[] = { SPRINGLS__DO(run) SPRINGLS__END };
-    return springls__run_table(ctx, table);
 }
 
 /* Begins a step: its table, from the next springls__resume_step on. */

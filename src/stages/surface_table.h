@@ -26,7 +26,7 @@ typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_FIND_PATCHES
 } springls__surface_kernel;
 
-/* The table while it is made: in SPRINGLS__SURFACE_JOB, for the phases. */
+/* The table while it is made: in SPRINGLS__SURFACE_JOB, from one entry to the next. */
 typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
@@ -37,6 +37,11 @@ typedef struct springls__surface_job {
     int bricks;
     size_t table_size;
 } springls__surface_job;
+
+SPRINGLS__FN springls__surface_job *springls__surface_job_of(const springls_context *ctx)
+{
+    return (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+}
 
 /* Working memory of one lane. */
 typedef union springls__surface_work {
@@ -75,14 +80,21 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
     }
 }
 
-/* Ends the phase with a kernel over all bricks; `next` follows. */
-SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel, int next)
+/* Ends an entry with a loop over `count` elements, each lane with its working memory. */
+SPRINGLS__FN springls_status springls__surface_loop(springls_context *ctx, int count, int grain, springls__loop_work work)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    springls__loop_over(ctx, count, grain, floats, work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
+}
+
+/* Ends an entry with a kernel over all bricks. */
+SPRINGLS__FN springls_status springls__surface_run(springls_context *ctx, springls__surface_kernel kernel)
+{
+    springls__surface_job *job = springls__surface_job_of(ctx);
     job->kernel = kernel;
-    springls__loop_over(job->ctx, job->bricks, 1, floats, springls__surface_brick_task, job);
-    return springls__next_phase(job->ctx, next);
+    return springls__surface_loop(ctx, job->bricks, 1, springls__surface_brick_task);
 }
 
 /* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
@@ -295,9 +307,9 @@ SPRINGLS__FN void springls__find_quiet_bricks(springls__surface_job *job)
 }
 
 /* Puts the hits of all springls into rows. */
-SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     const springls__row_hit *hit;
     int i, b, k, hits;
     for (i = 0; i < ctx->model.set.count; i++)
@@ -316,28 +328,30 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
 }
 
 /* Makes room for all crossings. Their vertices have the first numbers; of those some are not used. */
-SPRINGLS__FN springls_status springls__reserve_crossings(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_crossings(springls_context *ctx)
 {
+    springls__surface_job *job = springls__surface_job_of(ctx);
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_CROSSINGS, SPRINGLS__SURFACE_CROSSING, sizeof(springls__crossing),
                                        &job->contour.first_corner));
-    job->contour.crossing = (springls__crossing *)job->ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    job->contour.crossing = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
     return SPRINGLS_OK;
 }
 
 /* Makes room for all arcs. */
-SPRINGLS__FN springls_status springls__reserve_arcs(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_arcs(springls_context *ctx)
 {
+    springls__surface_job *job = springls__surface_job_of(ctx);
     int arcs;
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_ARCS, SPRINGLS__SURFACE_ARC, sizeof(springls__arc), &arcs));
     job->contour.first_inner = job->contour.first_corner + 2 * arcs;
-    job->contour.arc = (springls__arc *)job->ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    job->contour.arc = (springls__arc *)ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
     return SPRINGLS_OK;
 }
 
 /* Makes room for triangles, and for vertices in cells. */
-SPRINGLS__FN springls_status springls__reserve_triangles(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__reserve_triangles(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     int64_t sum = 0;
     int b;
     for (b = 0; b < job->bricks; b++) {
@@ -401,11 +415,12 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
 }
 
 /* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
-   Returns whether there is anything to do again. */
-SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
+   Counts those cells (springls__found_some): arcs and patches are to be made again in the bricks around them. */
+SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
-    bool some = false;
+    const springls__surface_job *job = springls__surface_job_of(ctx);
     int b, node, d;
+    ctx->work.found = 0;
     for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
@@ -413,12 +428,12 @@ SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
             if (!springls__bit_of(brick->conflict, node)) continue;
             if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
             brick->plain[node] = 1;
-            some = true;
+            ctx->work.found++;
             for (d = 0; d < 27; d++)
                 if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
         }
     }
-    return some;
+    return SPRINGLS_OK;
 }
 
 /* ---- the mesh ---- */
@@ -514,32 +529,35 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
 
-/* Begins the table: its bricks, and room for what is known of each springl. */
+/* ---- the order of the kernels ---- */
+
+/* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const size_t count = (size_t)ctx->model.set.count;
+    const int count = ctx->model.set.count;
     springls__surface_job *job;
     ctx->surface_version = 0;
     ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
-    job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
+    job = springls__surface_job_of(ctx);
     memset(job, 0, sizeof *job);
     job->ctx = ctx;
     SPRINGLS__TRY(springls__surface_bricks(job));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, count, sizeof(springls__surfel)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, count + 1, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
     job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
     job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
+    springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, job);
     return SPRINGLS_OK;
 }
 
 /* Ends the table: its mesh is kept until the model changes. */
-SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
+SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
 {
-    springls_context *ctx = job->ctx;
+    springls__surface_job *job = springls__surface_job_of(ctx);
     springls__raw_mesh mesh;
     memset(&mesh, 0, sizeof mesh);
-    SPRINGLS__TRY(springls__surface_gather(job, &mesh));
+    if (job->bricks > 0) SPRINGLS__TRY(springls__surface_gather(job, &mesh));
     springls__surface_normals(&mesh);
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
@@ -548,82 +566,109 @@ SPRINGLS__FN springls_status springls__surface_end(springls__surface_job *job)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__TABLE_BEGIN,
-    SPRINGLS__TABLE_CREASES,
-    SPRINGLS__TABLE_COUNT_HITS,
-    SPRINGLS__TABLE_FIND_HITS,
-    SPRINGLS__TABLE_PUT_HITS,
-    SPRINGLS__TABLE_WEIGH_HITS,
-    SPRINGLS__TABLE_SIDES,
-    SPRINGLS__TABLE_COUNT_CROSSINGS,
-    SPRINGLS__TABLE_CROSSINGS,
-    SPRINGLS__TABLE_COUNT_ARCS,
-    SPRINGLS__TABLE_ARCS,
-    SPRINGLS__TABLE_COUNT_LINKS,
-    SPRINGLS__TABLE_RESERVE_PATCHES,
-    SPRINGLS__TABLE_SIMPLIFY,
-    SPRINGLS__TABLE_ARCS_AGAIN,
-    SPRINGLS__TABLE_PATCHES
-};
+SPRINGLS__FN bool springls__surface_has_bricks(const springls_context *ctx) { return springls__surface_job_of(ctx)->bricks > 0; }
 
-/* Makes the mesh of what springls hold, a stage that can be resumed. The cell list must be fresh. */
-SPRINGLS__FN springls_status springls__make_surface_mesh(springls_context *ctx)
+SPRINGLS__FN bool springls__surface_is_stale(const springls_context *ctx) { return ctx->surface_version != ctx->model_version; }
+
+SPRINGLS__FN springls_status springls__find_creases(springls_context *ctx)
 {
-    const int count = ctx->model.set.count, blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
-    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    springls__surface_job *job = (springls__surface_job *)ctx->surface_memory[SPRINGLS__SURFACE_JOB].data;
-    switch (ctx->work.phase) {
-    case SPRINGLS__TABLE_BEGIN:
-        SPRINGLS__TRY(springls__surface_begin(ctx));
-        if (ctx->model.grid.active_count == 0) {
-            ctx->surface_version = ctx->model_version;
-            return SPRINGLS_OK;
-        }
-        springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, ctx->surface_memory[SPRINGLS__SURFACE_JOB].data);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_CREASES);
-    case SPRINGLS__TABLE_CREASES:
-        springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_COUNT_HITS);
-    case SPRINGLS__TABLE_COUNT_HITS:
-        springls__loop_over(ctx, count, 256, 0, springls__count_hits_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_FIND_HITS);
-    case SPRINGLS__TABLE_FIND_HITS:
-        SPRINGLS__TRY(springls__begin_hits(job));
-        SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
-        springls__loop_over(ctx, count, 64, floats, springls__find_hits_work, job);
-        return springls__next_phase(ctx, SPRINGLS__TABLE_PUT_HITS);
-    case SPRINGLS__TABLE_PUT_HITS:
-        SPRINGLS__TRY(springls__surface_hits(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_SORT_HITS, SPRINGLS__TABLE_WEIGH_HITS);
-    case SPRINGLS__TABLE_WEIGH_HITS: return springls__surface_run(job, SPRINGLS__SURFACE_WEIGH_HITS, SPRINGLS__TABLE_SIDES);
-    case SPRINGLS__TABLE_SIDES: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES, SPRINGLS__TABLE_COUNT_CROSSINGS);
-    case SPRINGLS__TABLE_COUNT_CROSSINGS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS, SPRINGLS__TABLE_CROSSINGS);
-    case SPRINGLS__TABLE_CROSSINGS:
-        SPRINGLS__TRY(springls__reserve_crossings(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS, SPRINGLS__TABLE_COUNT_ARCS);
-    case SPRINGLS__TABLE_COUNT_ARCS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS);
-    case SPRINGLS__TABLE_ARCS:
-        SPRINGLS__TRY(springls__reserve_arcs(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_COUNT_LINKS);
-    case SPRINGLS__TABLE_COUNT_LINKS: return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS, SPRINGLS__TABLE_RESERVE_PATCHES);
-    case SPRINGLS__TABLE_RESERVE_PATCHES:
-        SPRINGLS__TRY(springls__reserve_triangles(job));
-        return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
-    case SPRINGLS__TABLE_SIMPLIFY:
-        if (!springls__simplify_cells(job)) return springls__surface_end(job);
-        return springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS, SPRINGLS__TABLE_ARCS_AGAIN);
-    case SPRINGLS__TABLE_ARCS_AGAIN: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS, SPRINGLS__TABLE_PATCHES);
-    case SPRINGLS__TABLE_PATCHES:
-    default: return springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES, SPRINGLS__TABLE_SIMPLIFY);
-    }
+    const int blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
+    springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__count_hits(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__count_hits_work, springls__surface_job_of(ctx));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_hits(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__begin_hits(springls__surface_job_of(ctx)));
+    return springls__surface_loop(ctx, ctx->model.set.count, 64, springls__find_hits_work);
+}
+
+SPRINGLS__FN springls_status springls__sort_all_hits(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_SORT_HITS);
+}
+
+SPRINGLS__FN springls_status springls__weigh_all_hits(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_WEIGH_HITS);
+}
+
+SPRINGLS__FN springls_status springls__find_sides_of_nodes(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_SIDES);
+}
+
+SPRINGLS__FN springls_status springls__count_all_crossings(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_CROSSINGS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_crossings(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_CROSSINGS);
+}
+
+SPRINGLS__FN springls_status springls__count_all_arcs(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_ARCS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_arcs(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_ARCS);
+}
+
+SPRINGLS__FN springls_status springls__count_all_links(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_COUNT_LINKS);
+}
+
+SPRINGLS__FN springls_status springls__find_all_patches(springls_context *ctx)
+{
+    return springls__surface_run(ctx, SPRINGLS__SURFACE_FIND_PATCHES);
+}
+
+/* Arcs, links and patches are made from what was found before them, until no triangles of a cell cross. */
+static const springls__entry springls__surface_table[] = {
+    SPRINGLS__DO(springls__surface_begin)
+    SPRINGLS__IF(springls__surface_has_bricks)
+        SPRINGLS__DO(springls__find_creases)
+        SPRINGLS__DO(springls__count_hits)
+        SPRINGLS__DO(springls__find_hits)
+        SPRINGLS__DO(springls__put_hits)
+        SPRINGLS__DO(springls__sort_all_hits)
+        SPRINGLS__DO(springls__weigh_all_hits)
+        SPRINGLS__DO(springls__find_sides_of_nodes)
+        SPRINGLS__DO(springls__count_all_crossings)
+        SPRINGLS__DO(springls__reserve_crossings)
+        SPRINGLS__DO(springls__find_all_crossings)
+        SPRINGLS__DO(springls__count_all_arcs)
+        SPRINGLS__DO(springls__reserve_arcs)
+        SPRINGLS__DO(springls__find_all_arcs)
+        SPRINGLS__DO(springls__count_all_links)
+        SPRINGLS__DO(springls__reserve_triangles)
+        SPRINGLS__DO(springls__find_all_patches)
+        SPRINGLS__DO(springls__simplify_cells)
+        SPRINGLS__REPEAT_WHILE(springls__found_some)
+            SPRINGLS__DO(springls__count_all_arcs)
+            SPRINGLS__DO(springls__find_all_arcs)
+            SPRINGLS__DO(springls__find_all_patches)
+            SPRINGLS__DO(springls__simplify_cells)
+        SPRINGLS__END
+    SPRINGLS__END
+    SPRINGLS__DO(springls__surface_end)
+SPRINGLS__END };
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
 SPRINGLS__FN springls_status springls__refresh_surface_mesh(springls_context *ctx)
 {
-    if (ctx->surface_version == ctx->model_version) return SPRINGLS_OK;
-    return springls__run_to_completion(ctx, springls__make_surface_mesh);
+    return springls__surface_is_stale(ctx) ? springls__run_table(ctx, springls__surface_table) : SPRINGLS_OK;
 }
 
 /* Returns a copy of the mesh of what springls hold, in scratch memory on the host. The cell list must be fresh. */

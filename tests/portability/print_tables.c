@@ -1,4 +1,4 @@
-/* print_tables.c - prints what a step runs, as its tables say (runtime/entries.h), for docs/architecture.md. */
+/* print_tables.c - prints what a step and an update of chunks run, as their tables say (runtime/entries.h), for docs/architecture.md. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
@@ -65,6 +65,7 @@ int main(void)
 {
     int i;
     list("step", springls__step);
+    list("chunks_update", springls__chunks_update);
     for (i = 0; i < table_count; i++) print_table(table_names[i], tables[i]);
     putchar('\n');
     return ferror(stdout) || fflush(stdout) != 0;
