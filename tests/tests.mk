@@ -203,7 +203,7 @@ STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve reb
 JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre)
 # Those of morph ask the glTF validator, which comes by npm, and the others take long.
 LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,determinism mesh_parts metric more_lives top_table) \
-                $(filter $(addprefix examples/test_,atlas% contour morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
+                $(filter $(addprefix examples/test_,atlas% contour csg mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
 
 ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python examples/test_pages) \
                 $(UNIT_TESTS) $(JUDGED_TESTS)
