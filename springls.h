@@ -513,7 +513,9 @@
    p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
    springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
 
-   Not there yet: backends, windows, snapshots and combinations of whole tilings, films that break, and walls that never cross.
+   springls_tiling_snapshot writes all bodies as one block, which springls_tiling_restore reads.
+
+   Not there yet: backends, windows and combinations of whole tilings, films that break, and walls that never cross.
 
    A WORLD WITHOUT WALLS
 
@@ -837,6 +839,7 @@
      >>remodel              src/tools/remodel.h
      >>set_labels           src/tiling/set_labels.h
      >>bodies               src/tiling/bodies.h
+     >>tiling_snapshot      src/tiling/tiling_snapshot.h
      >>tiling_step          src/tiling/tiling_step.h
      >>mirror               src/tiling/mirror.h
      >>sheets               src/tiling/sheets.h
@@ -1018,6 +1021,8 @@
   #define springls_tiling_measure SPRINGLS__NAME(springls_tiling_measure)
   #define springls_tiling_extract SPRINGLS__NAME(springls_tiling_extract)
   #define springls_walls_free SPRINGLS__NAME(springls_walls_free)
+  #define springls_tiling_snapshot SPRINGLS__NAME(springls_tiling_snapshot)
+  #define springls_tiling_restore SPRINGLS__NAME(springls_tiling_restore)
   #define springls_tiling_state_hash SPRINGLS__NAME(springls_tiling_state_hash)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
@@ -1688,8 +1693,8 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
 /* Writes the difference from one snapshot, `base`, to another into `out`, at most `capacity` bytes, and its number of bytes into *size;
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
-   so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
-   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
+   so cuts are undone too, and a stroke takes memory for what it has changed. Snapshots of tilings (springls_tiling_snapshot) have
+   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
    base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
    it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
@@ -2283,6 +2288,18 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+
+/* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
+   springls_desc.grid that restores it continues with the same bits. kind: as for springls_snapshot; without original surfaces it is
+   restored only where the bodies that it has are, with the surfaces that they had. The bytes are a file format
+   (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
+                                                      size_t *size);
+
+/* Replaces all bodies by those of a snapshot. The models of labels that there are stay where they are (springls_tiling_body), those of
+   others are gone. BAD_SNAPSHOT: it is none of a tiling, cut short, altered, of another grid, or has what this version does not have.
+   After any failure the tiling is unchanged. */
+SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *snapshot, size_t size);
 
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
@@ -31452,6 +31469,7 @@ enum {
 };
 
 static const char springls__snapshot_magic[8] = { 's', 'p', 'r', 'i', 'n', 'g', 'l', 's' };
+static const char springls__tiling_magic[8] = { 's', 'p', 'r', 't', 'i', 'l', 'e', 's' }; /* of many models (tiling_snapshot.h) */
 
 /* ---- bytes of numbers ---- */
 
@@ -32179,14 +32197,13 @@ SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int
     memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
-/* Writes the head of a block; the rest of the block must be complete. */
-SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
+/* Writes the head of a block of `size` bytes with `count` sections; the rest of the block must be complete. */
+SPRINGLS__FN void springls__put_head(char *out, const char magic[8], uint32_t count, uint64_t size)
 {
     springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
-    uint32_t version = SPRINGLS__SNAPSHOT_VERSION, count = layout->count;
-    uint64_t size = layout->size;
+    uint32_t version = SPRINGLS__SNAPSHOT_VERSION;
     uint64_t checksum = springls__checksum(size, out + SPRINGLS__HEAD_BYTES, (size_t)(size - SPRINGLS__HEAD_BYTES), false);
-    memcpy(out, springls__snapshot_magic, sizeof springls__snapshot_magic);
+    memcpy(out, magic, sizeof springls__snapshot_magic);
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, count);
     SPRINGLS__CODE(&c, size);
@@ -32207,7 +32224,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
-    springls__put_head(out, layout);
+    springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
@@ -32530,13 +32547,13 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     return true;
 }
 
-/* Returns why a block cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
-SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, uint32_t *sections)
+/* Returns why a block that begins with `magic` cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char magic[8], const char *block, size_t size, uint32_t *sections)
 {
     springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
     uint32_t version;
     uint64_t bytes, checksum;
-    if (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
+    if (memcmp(block, magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, *sections);
     SPRINGLS__CODE(&c, bytes);
@@ -32640,7 +32657,7 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     const char *fault;
     uint32_t sections = 0;
     if (size < SPRINGLS__HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    fault = springls__head_fault(block, size, &sections);
+    fault = springls__head_fault(springls__snapshot_magic, block, size, &sections);
     if (fault) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault);
     SPRINGLS__TRY(springls__find_sections(ctx, block, size, sections, layout));
     SPRINGLS__TRY(springls__snapshot_numbers_read(ctx, block, layout, s));
@@ -33015,13 +33032,14 @@ SPRINGLS__FN springls_status springls__name_block(springls_context *ctx, const c
 {
     springls__coder c;
     if (!block) return springls__fail_null(ctx, call, "a block");
-    if (size >= SPRINGLS__HEAD_BYTES && memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) == 0) {
+    if (size >= SPRINGLS__HEAD_BYTES && (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) == 0
+                                         || memcmp(block, springls__tiling_magic, sizeof springls__tiling_magic) == 0)) {
         c = springls__reader((const char *)block + 16);
         SPRINGLS__CODE(&c, name->size);
         SPRINGLS__CODE(&c, name->checksum);
         if (name->size == size && size % 4 == 0 && size / 4 < UINT32_MAX) return SPRINGLS_OK;
     }
-    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s: a block is none of springls_snapshot, or cut short", call);
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s: a block is no snapshot, or cut short", call);
 }
 
 /* Writes the head of a difference, or reads it: both blocks' names. Returns whether it is one. */
@@ -33254,7 +33272,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1146 \"springls.h\"\n",
+    "#line 1151 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33368,7 +33386,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2442 \"springls.h\"\n",
+    "#line 2459 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33484,7 +33502,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2559 \"springls.h\"\n",
+    "#line 2576 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33506,7 +33524,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2582 \"springls.h\"\n",
+    "#line 2599 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33521,7 +33539,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2598 \"springls.h\"\n",
+    "#line 2615 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33645,7 +33663,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2722 \"springls.h\"\n",
+    "#line 2739 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33715,7 +33733,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2793 \"springls.h\"\n",
+    "#line 2810 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33935,7 +33953,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3014 \"springls.h\"\n",
+    "#line 3031 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33950,7 +33968,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3029 \"springls.h\"\n",
+    "#line 3046 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34074,14 +34092,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3153 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3161 \"springls.h\"\n",
+    "#line 3178 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34207,7 +34225,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3288 \"springls.h\"\n",
+    "#line 3305 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34262,7 +34280,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3344 \"springls.h\"\n",
+    "#line 3361 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34351,7 +34369,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3434 \"springls.h\"\n",
+    "#line 3451 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34363,7 +34381,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3446 \"springls.h\"\n",
+    "#line 3463 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34378,7 +34396,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3462 \"springls.h\"\n",
+    "#line 3479 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34422,7 +34440,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3506 \"springls.h\"\n",
+    "#line 3523 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34437,7 +34455,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3521 \"springls.h\"\n",
+    "#line 3538 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34481,7 +34499,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3565 \"springls.h\"\n",
+    "#line 3582 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34560,7 +34578,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3644 \"springls.h\"\n",
+    "#line 3661 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34575,7 +34593,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3660 \"springls.h\"\n",
+    "#line 3677 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34642,7 +34660,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3727 \"springls.h\"\n",
+    "#line 3744 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34657,7 +34675,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3742 \"springls.h\"\n",
+    "#line 3759 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34724,7 +34742,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3810 \"springls.h\"\n",
+    "#line 3827 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35110,7 +35128,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4197 \"springls.h\"\n",
+    "#line 4214 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35814,7 +35832,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4902 \"springls.h\"\n",
+    "#line 4919 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36074,7 +36092,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5163 \"springls.h\"\n",
+    "#line 5180 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36276,7 +36294,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5366 \"springls.h\"\n",
+    "#line 5383 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36393,7 +36411,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5484 \"springls.h\"\n",
+    "#line 5501 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36590,7 +36608,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5681 \"springls.h\"\n",
+    "#line 5698 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36605,7 +36623,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5714 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36799,7 +36817,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5891 \"springls.h\"\n",
+    "#line 5908 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36814,7 +36832,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5906 \"springls.h\"\n",
+    "#line 5923 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37008,7 +37026,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6701 \"springls.h\"\n",
+    "#line 6718 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37408,7 +37426,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7102 \"springls.h\"\n",
+    "#line 7119 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37434,7 +37452,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7129 \"springls.h\"\n",
+    "#line 7146 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37522,7 +37540,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7218 \"springls.h\"\n",
+    "#line 7235 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37662,7 +37680,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7359 \"springls.h\"\n",
+    "#line 7376 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37767,7 +37785,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7465 \"springls.h\"\n",
+    "#line 7482 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -37999,7 +38017,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7698 \"springls.h\"\n",
+    "#line 7715 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38029,7 +38047,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7728 \"springls.h\"\n",
+    "#line 7745 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38044,7 +38062,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7744 \"springls.h\"\n",
+    "#line 7761 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38213,7 +38231,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7913 \"springls.h\"\n",
+    "#line 7930 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38228,7 +38246,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7928 \"springls.h\"\n",
+    "#line 7945 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38397,7 +38415,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8097 \"springls.h\"\n",
+    "#line 8114 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38451,7 +38469,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8152 \"springls.h\"\n",
+    "#line 8169 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38477,7 +38495,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8178 \"springls.h\"\n",
+    "#line 8195 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38492,7 +38510,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8194 \"springls.h\"\n",
+    "#line 8211 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38575,7 +38593,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8277 \"springls.h\"\n",
+    "#line 8294 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38590,7 +38608,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8292 \"springls.h\"\n",
+    "#line 8309 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38673,7 +38691,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8375 \"springls.h\"\n",
+    "#line 8392 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38747,7 +38765,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8450 \"springls.h\"\n",
+    "#line 8467 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39300,7 +39318,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9004 \"springls.h\"\n",
+    "#line 9021 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39396,7 +39414,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9101 \"springls.h\"\n",
+    "#line 9118 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39517,7 +39535,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9223 \"springls.h\"\n",
+    "#line 9240 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39798,7 +39816,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9505 \"springls.h\"\n",
+    "#line 9522 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39884,7 +39902,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9592 \"springls.h\"\n",
+    "#line 9609 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40027,7 +40045,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9736 \"springls.h\"\n",
+    "#line 9753 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40216,7 +40234,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9926 \"springls.h\"\n",
+    "#line 9943 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40341,7 +40359,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10052 \"springls.h\"\n",
+    "#line 10069 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40375,7 +40393,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10087 \"springls.h\"\n",
+    "#line 10104 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40913,7 +40931,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10626 \"springls.h\"\n",
+    "#line 10643 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41063,7 +41081,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10777 \"springls.h\"\n",
+    "#line 10794 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41141,7 +41159,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10856 \"springls.h\"\n",
+    "#line 10873 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41390,7 +41408,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11106 \"springls.h\"\n",
+    "#line 11123 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41615,7 +41633,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11332 \"springls.h\"\n",
+    "#line 11349 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41719,7 +41737,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11437 \"springls.h\"\n",
+    "#line 11454 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41816,7 +41834,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11535 \"springls.h\"\n",
+    "#line 11552 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42354,7 +42372,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12074 \"springls.h\"\n",
+    "#line 12091 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42387,7 +42405,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12108 \"springls.h\"\n",
+    "#line 12125 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42412,14 +42430,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12134 \"springls.h\"\n",
+    "#line 12151 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12141 \"springls.h\"\n",
+    "#line 12158 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42434,7 +42452,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12157 \"springls.h\"\n",
+    "#line 12174 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42560,7 +42578,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12283 \"springls.h\"\n",
+    "#line 12300 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42575,7 +42593,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12298 \"springls.h\"\n",
+    "#line 12315 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42701,7 +42719,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12425 \"springls.h\"\n",
+    "#line 12442 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -42993,7 +43011,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12718 \"springls.h\"\n",
+    "#line 12735 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43128,7 +43146,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17362 \"springls.h\"\n",
+    "#line 17379 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44191,7 +44209,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18426 \"springls.h\"\n",
+    "#line 18443 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44788,7 +44806,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19024 \"springls.h\"\n",
+    "#line 19041 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45385,7 +45403,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45389 \"springls.h\"\n",
+    "#line 45407 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -47316,6 +47334,7 @@ typedef struct springls__tiling_body {
     springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
+    size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;
@@ -47908,6 +47927,296 @@ SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tilin
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     springls__body_free(&added);
     springls__body_free(&outer);
+    return status;
+}
+
+/* ======== >>tiling_snapshot  (src/tiling/tiling_snapshot.h) ==================================================== */
+/* tiling_snapshot.h - a tiling as one block of bytes, laid out as that of a model (output/snapshot_format.h): numbers, the grid, and for
+   each body its label and the block of its model. So all that is said of those blocks holds for these. */
+
+/* Lists the numbers of a tiling: X(type, name). */
+#define SPRINGLS__TILING_NUMBERS(X) X(int32_t, bodies) X(uint32_t, steps) X(int32_t, facing_known)
+
+typedef struct springls__tiling_state {
+#define SPRINGLS__NUMBER_MEMBER(type, name) type name;
+    SPRINGLS__TILING_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+#undef SPRINGLS__NUMBER_MEMBER
+} springls__tiling_state;
+
+static const springls__named springls__tiling_numbers[] = {
+#define SPRINGLS__NUMBER_ROW(type, name) { #name, offsetof(springls__tiling_state, name), sizeof(type) },
+    SPRINGLS__TILING_NUMBERS(SPRINGLS__NUMBER_ROW)
+#undef SPRINGLS__NUMBER_ROW
+};
+enum {
+    SPRINGLS__TILING_NAMED = sizeof springls__tiling_numbers / sizeof springls__tiling_numbers[0],
+    SPRINGLS__BODY_HEAD_BYTES = 8 /* of a body's section: its label, and zeros */
+};
+
+/* ---- to a block ---- */
+
+/* Writes the head of a section. */
+SPRINGLS__FN void springls__begin_section(springls__coder *c, const char *tag, uint64_t bytes)
+{
+    char name[4];
+    memcpy(name, tag, sizeof name);
+    springls__code(c, name, sizeof name, 1);
+    springls__code_zeros(c, 4); /* flags */
+    SPRINGLS__CODE(c, bytes);
+}
+
+/* Finds how many bytes the models' blocks have, and the tiling's. */
+SPRINGLS__FN springls_status springls__size_of_block(springls_tiling *tiling, springls_snapshot_kind kind, size_t *size)
+{
+    const char *call = "tiling_snapshot";
+    double bytes = 0.0;
+    int i;
+    *size = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES + (int)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES
+          + SPRINGLS__GRID_BYTES;
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        body->status = springls_snapshot(body->ctx, kind, NULL, 0, &body->block_size);
+        if (body->status != SPRINGLS_OK) return springls__body_failed(tiling, body->status, call, body->label, body->ctx);
+        *size += SPRINGLS__SECTION_HEAD_BYTES + SPRINGLS__BODY_HEAD_BYTES + body->block_size;
+        bytes += (double)body->block_size;
+    }
+    if (bytes < (double)(SIZE_MAX / 2)) return SPRINGLS_OK;
+    return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "%s: a size overflows", call);
+}
+
+/* Writes the block: every section is a multiple of 8 bytes. */
+SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, springls_snapshot_kind kind, char *out, size_t size)
+{
+    springls__coder c = springls__writer(out + SPRINGLS__HEAD_BYTES);
+    springls__tiling_state state;
+    double to_world[12];
+    int i;
+    state.bodies = tiling->count;
+    state.steps = tiling->steps;
+    state.facing_known = tiling->facing_known;
+    springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
+    springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
+    springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
+    memcpy(to_world, tiling->host->lattice_to_world, sizeof to_world);
+    springls__code_grid(&c, tiling->host->model.grid.size, to_world);
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        size_t written;
+        springls__begin_section(&c, "BODY", SPRINGLS__BODY_HEAD_BYTES + (uint64_t)body->block_size);
+        SPRINGLS__CODE(&c, body->label);
+        springls__code_zeros(&c, 4);
+        body->status = springls_snapshot(body->ctx, kind, c.out, body->block_size, &written);
+        if (body->status != SPRINGLS_OK)
+            return springls__body_failed(tiling, body->status, "tiling_snapshot", body->label, body->ctx);
+        c.out += written;
+    }
+    springls__put_head(out, springls__tiling_magic, 2u + (uint32_t)tiling->count, size);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
+                                                      size_t *size)
+{
+    size_t bytes;
+    if (size) *size = 0;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size) return springls__fail_null(tiling->host, "tiling_snapshot", "size");
+    if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
+    SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
+    if (out && capacity < bytes)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: %lu bytes are needed, not %lu",
+                              (unsigned long)bytes, (unsigned long)capacity);
+    *size = bytes;
+    return out ? springls__write_block(tiling, kind, (char *)out, bytes) : SPRINGLS_OK;
+}
+
+/* ---- from a block ---- */
+
+/* Where a block has the model of a body. */
+typedef struct springls__body_block { const char *block; size_t size; int32_t label; } springls__body_block;
+
+/* A block that is read: its numbers, and the models that it has. */
+typedef struct springls__tiling_block {
+    springls__tiling_state state;
+    springls__buffer models;    /* springls__body_block */
+    bool has_numbers, has_grid;
+} springls__tiling_block;
+
+SPRINGLS__FN springls_status springls__block_fails(springls_tiling *tiling, const char *fault)
+{
+    return springls__fail(tiling->host, SPRINGLS_BAD_SNAPSHOT, "tiling_restore: the block is %s", fault);
+}
+
+/* Reads the grid of a block, which has to be that of the tiling. */
+SPRINGLS__FN springls_status springls__read_block_grid(springls_tiling *tiling, const char *data, uint64_t bytes)
+{
+    springls__coder c = springls__reader(data);
+    int32_t size[3];
+    double to_world[12];
+    if (bytes != SPRINGLS__GRID_BYTES) return springls__block_fails(tiling, "damaged");
+    springls__code_grid(&c, size, to_world);
+    if (!c.bad && memcmp(size, tiling->host->model.grid.size, sizeof size) == 0
+        && memcmp(to_world, tiling->host->lattice_to_world, sizeof to_world) == 0) return SPRINGLS_OK;
+    return springls__block_fails(tiling, "of another grid");
+}
+
+/* Reads a section whose tag is known; *count counts the models. */
+SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, springls__tiling_block *read, const char *tag,
+                                                    const char *data, uint64_t bytes, int *count)
+{
+    springls__body_block *model;
+    springls__coder c = springls__reader(data);
+    if (memcmp(tag, "TILE", 4) == 0) {
+        if (read->has_numbers || bytes % SPRINGLS__NAMED_BYTES) return springls__block_fails(tiling, "damaged");
+        read->has_numbers = true;
+        return springls__get_named(tiling->host, springls__tiling_numbers, SPRINGLS__TILING_NAMED, data, bytes, &read->state);
+    }
+    if (memcmp(tag, "GRID", 4) == 0) {
+        read->has_grid = true;
+        return springls__read_block_grid(tiling, data, bytes);
+    }
+    if (bytes < SPRINGLS__BODY_HEAD_BYTES || *count > SPRINGLS__LARGEST_LABEL) return springls__block_fails(tiling, "damaged");
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &read->models, (size_t)*count + 1, sizeof *model, (size_t)*count * sizeof *model));
+    model = (springls__body_block *)read->models.data + *count;
+    SPRINGLS__CODE(&c, model->label);
+    model->block = data + SPRINGLS__BODY_HEAD_BYTES;
+    model->size = (size_t)bytes - SPRINGLS__BODY_HEAD_BYTES;
+    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || (*count == 0) != (model->label == 0)
+        || (*count > 0 && model->label <= (model - 1)->label)) return springls__block_fails(tiling, "damaged");
+    ++*count;
+    return SPRINGLS_OK;
+}
+
+/* Reads the head of a block, and finds its sections. */
+SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, springls__tiling_block *read, const char *block, size_t size)
+{
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
+    uint32_t sections = 0, flags, i;
+    const char *fault = size < SPRINGLS__HEAD_BYTES ? "too short" : springls__head_fault(springls__tiling_magic, block, size, &sections);
+    int count = 0;
+    if (fault) return springls__block_fails(tiling, strcmp(fault, "no snapshot") == 0 ? "no snapshot of a tiling" : fault);
+    for (i = 0; i < sections; i++) {
+        const char *tag = block + at;
+        springls__coder c;
+        if (size - at < SPRINGLS__SECTION_HEAD_BYTES) return springls__block_fails(tiling, "damaged");
+        c = springls__reader(tag + 4);
+        SPRINGLS__CODE(&c, flags);
+        SPRINGLS__CODE(&c, bytes);
+        at += SPRINGLS__SECTION_HEAD_BYTES;
+        if (bytes > size - at || springls__padded(bytes) > size - at) return springls__block_fails(tiling, "damaged");
+        if (memcmp(tag, "TILE", 4) == 0 || memcmp(tag, "GRID", 4) == 0 || memcmp(tag, "BODY", 4) == 0)
+            SPRINGLS__TRY(springls__read_section(tiling, read, tag, block + at, bytes, &count));
+        else if (!(flags & SPRINGLS__SECTION_OPTIONAL)) return springls__unknown(tiling->host, "section", tag, 4);
+        at += springls__padded(bytes);
+    }
+    if (at != size || !read->has_numbers || !read->has_grid || read->state.bodies != count || count == 1
+        || !springls__flag_good(read->state.facing_known)) return springls__block_fails(tiling, "damaged");
+    return SPRINGLS_OK;
+}
+
+/* Returns whether what springls face, if the model has that, are labels that there may be. */
+SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, const springls__layout *layout, const char *block)
+{
+    int a, i;
+    for (a = 0; a < state->attributes; a++) {
+        springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_VALUES + a] + SPRINGLS__ATTRIBUTE_BYTES);
+        if (strcmp(state->attribute[a].name, springls__facing_name) != 0 || state->attribute[a].channels != 1) continue;
+        for (i = 0; i < state->springls; i++) {
+            float value = 0.0f;
+            SPRINGLS__CODE(&c, value);
+            if (springls__is_nan_float(value) || value < -1.0f || value > (float)SPRINGLS__LARGEST_LABEL
+                || value != (float)(int32_t)value) return false;
+        }
+    }
+    return true;
+}
+
+/* Checks the model of a body, and makes all the room that it needs; the body's model stays as it is. */
+SPRINGLS__FN springls_status springls__prepare_body(springls_tiling *tiling, springls__tiling_body *body, const springls__body_block *model)
+{
+    const char *call = "tiling_restore";
+    springls__snapshot_state state;
+    springls__layout layout;
+    springls__table tables[2];
+    springls_status status = springls__use_host(body->ctx, false);
+    if (status == SPRINGLS_OK) status = springls__snapshot_read(body->ctx, model->block, model->size, &state, &layout);
+    if (status == SPRINGLS_OK && !springls__facing_good(&state, &layout, model->block)) return springls__block_fails(tiling, "damaged");
+    if (status == SPRINGLS_OK) {
+        springls__tables_of_block(body->ctx, &state, &layout, model->block, tables);
+        status = springls__snapshot_reserve(body->ctx, &state, tables);
+    }
+    return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, model->label, body->ctx);
+}
+
+/* Lists the bodies of a block, those that there are with their models, others with new ones. */
+SPRINGLS__FN springls_status springls__list_restored(springls_tiling *tiling, const springls__tiling_block *read,
+                                                     springls__tiling_body *body)
+{
+    const springls__body_block *model = (const springls__body_block *)read->models.data;
+    int i;
+    for (i = 0; i < read->state.bodies; i++) {
+        const int number = springls__body_number(tiling, model[i].label);
+        if (number >= 0) body[i] = tiling->body[number];
+        else SPRINGLS__TRY(springls__body_create(tiling, "tiling_restore", model[i].label, &body[i]));
+        SPRINGLS__TRY(springls__prepare_body(tiling, &body[i], &model[i]));
+    }
+    return SPRINGLS_OK;
+}
+
+/* Frees the bodies of a list that are not among others, and the list. */
+SPRINGLS__FN void springls__free_others(springls_tiling *tiling, springls__buffer *list, int count, const springls__tiling_body *others,
+                                        int other_count)
+{
+    springls__tiling_body *body = (springls__tiling_body *)list->data;
+    int i, k;
+    for (i = k = 0; i < count; i++) {
+        while (k < other_count && others[k].label < body[i].label) k++;
+        if (k == other_count || others[k].ctx != body[i].ctx) springls__body_free(&body[i]);
+    }
+    springls__buffer_free(tiling->host, list);
+}
+
+/* Takes the models of a block that has been read. All that can fail has been done. */
+SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springls__tiling_block *read, springls__buffer *bodies)
+{
+    const springls__body_block *model = (const springls__body_block *)read->models.data;
+    springls__tiling_body *body = (springls__tiling_body *)bodies->data;
+    int i;
+    for (i = 0; i < read->state.bodies; i++) {
+        const springls_status status = springls_restore(body[i].ctx, model[i].block, model[i].size);
+        SPRINGLS_ASSERT(status == SPRINGLS_OK);
+        (void)status;
+    }
+    springls__free_others(tiling, &tiling->bodies, tiling->count, body, read->state.bodies);
+    tiling->bodies = *bodies;
+    tiling->body = body;
+    tiling->count = read->state.bodies;
+    tiling->steps = read->state.steps;
+    tiling->facing_known = read->state.facing_known != 0;
+}
+
+SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
+{
+    springls__tiling_block read;
+    springls__buffer bodies;
+    springls_status status;
+    int listed = 0;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!block) return springls__fail_null(tiling->host, "tiling_restore", "the block");
+    memset(&read, 0, sizeof read);
+    memset(&bodies, 0, sizeof bodies);
+    status = springls__read_block(tiling, &read, (const char *)block, size);
+    if (status == SPRINGLS_OK)
+        status = springls__buffer_grow(tiling->host, &bodies, (size_t)read.state.bodies + 1, sizeof(springls__tiling_body), 0);
+    if (status == SPRINGLS_OK) {
+        memset(bodies.data, 0, bodies.bytes);
+        status = springls__list_restored(tiling, &read, (springls__tiling_body *)bodies.data);
+        listed = read.state.bodies;
+    }
+    if (status == SPRINGLS_OK) springls__take_restored(tiling, &read, &bodies);
+    else springls__free_others(tiling, &bodies, listed, tiling->body, tiling->count);
+    springls__buffer_free(tiling->host, &read.models);
     return status;
 }
 

@@ -582,8 +582,8 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
 /* Writes the difference from one snapshot, `base`, to another into `out`, at most `capacity` bytes, and its number of bytes into *size;
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
-   so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
-   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
+   so cuts are undone too, and a stroke takes memory for what it has changed. Snapshots of tilings (springls_tiling_snapshot) have
+   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
    base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
    it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
@@ -1177,6 +1177,18 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+
+/* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
+   springls_desc.grid that restores it continues with the same bits. kind: as for springls_snapshot; without original surfaces it is
+   restored only where the bodies that it has are, with the surfaces that they had. The bytes are a file format
+   (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
+                                                      size_t *size);
+
+/* Replaces all bodies by those of a snapshot. The models of labels that there are stay where they are (springls_tiling_body), those of
+   others are gone. BAD_SNAPSHOT: it is none of a tiling, cut short, altered, of another grid, or has what this version does not have.
+   After any failure the tiling is unchanged. */
+SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *snapshot, size_t size);
 
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);

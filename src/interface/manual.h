@@ -528,7 +528,9 @@
    p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
    springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
 
-   Not there yet: backends, windows, snapshots and combinations of whole tilings, films that break, and walls that never cross.
+   springls_tiling_snapshot writes all bodies as one block, which springls_tiling_restore reads.
+
+   Not there yet: backends, windows and combinations of whole tilings, films that break, and walls that never cross.
 
 
    A WORLD WITHOUT WALLS

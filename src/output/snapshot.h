@@ -245,14 +245,13 @@ SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int
     memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
-/* Writes the head of a block; the rest of the block must be complete. */
-SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
+/* Writes the head of a block of `size` bytes with `count` sections; the rest of the block must be complete. */
+SPRINGLS__FN void springls__put_head(char *out, const char magic[8], uint32_t count, uint64_t size)
 {
     springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
-    uint32_t version = SPRINGLS__SNAPSHOT_VERSION, count = layout->count;
-    uint64_t size = layout->size;
+    uint32_t version = SPRINGLS__SNAPSHOT_VERSION;
     uint64_t checksum = springls__checksum(size, out + SPRINGLS__HEAD_BYTES, (size_t)(size - SPRINGLS__HEAD_BYTES), false);
-    memcpy(out, springls__snapshot_magic, sizeof springls__snapshot_magic);
+    memcpy(out, magic, sizeof springls__snapshot_magic);
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, count);
     SPRINGLS__CODE(&c, size);
@@ -273,7 +272,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
-    springls__put_head(out, layout);
+    springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,

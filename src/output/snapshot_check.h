@@ -297,13 +297,13 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     return true;
 }
 
-/* Returns why a block cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
-SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, uint32_t *sections)
+/* Returns why a block that begins with `magic` cannot be a snapshot, as the end of "the block is ..."; NULL: it can. */
+SPRINGLS__FN const char *springls__head_fault(const char magic[8], const char *block, size_t size, uint32_t *sections)
 {
     springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
     uint32_t version;
     uint64_t bytes, checksum;
-    if (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
+    if (memcmp(block, magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, *sections);
     SPRINGLS__CODE(&c, bytes);
@@ -407,7 +407,7 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     const char *fault;
     uint32_t sections = 0;
     if (size < SPRINGLS__HEAD_BYTES) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
-    fault = springls__head_fault(block, size, &sections);
+    fault = springls__head_fault(springls__snapshot_magic, block, size, &sections);
     if (fault) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault);
     SPRINGLS__TRY(springls__find_sections(ctx, block, size, sections, layout));
     SPRINGLS__TRY(springls__snapshot_numbers_read(ctx, block, layout, s));

@@ -121,13 +121,14 @@ SPRINGLS__FN springls_status springls__name_block(springls_context *ctx, const c
 {
     springls__coder c;
     if (!block) return springls__fail_null(ctx, call, "a block");
-    if (size >= SPRINGLS__HEAD_BYTES && memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) == 0) {
+    if (size >= SPRINGLS__HEAD_BYTES && (memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) == 0
+                                         || memcmp(block, springls__tiling_magic, sizeof springls__tiling_magic) == 0)) {
         c = springls__reader((const char *)block + 16);
         SPRINGLS__CODE(&c, name->size);
         SPRINGLS__CODE(&c, name->checksum);
         if (name->size == size && size % 4 == 0 && size / 4 < UINT32_MAX) return SPRINGLS_OK;
     }
-    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s: a block is none of springls_snapshot, or cut short", call);
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s: a block is no snapshot, or cut short", call);
 }
 
 /* Writes the head of a difference, or reads it: both blocks' names. Returns whether it is one. */

@@ -28,6 +28,7 @@ enum {
 };
 
 static const char springls__snapshot_magic[8] = { 's', 'p', 'r', 'i', 'n', 'g', 'l', 's' };
+static const char springls__tiling_magic[8] = { 's', 'p', 'r', 't', 'i', 'l', 'e', 's' }; /* of many models (tiling_snapshot.h) */
 
 /* ---- bytes of numbers ---- */
 

@@ -22,6 +22,7 @@ typedef struct springls__tiling_body {
     springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
+    size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;

@@ -170,7 +170,7 @@ class Right(unittest.TestCase):
             'models in one space have no class in the module yet':
                 'tiling_add_implicit tiling_body tiling_copy_labels tiling_count tiling_create tiling_destroy '
                 'tiling_extract tiling_facing tiling_label tiling_last_error tiling_measure tiling_memory_used '
-                'tiling_sample_labels tiling_set_labels tiling_state_hash tiling_step walls_free '
+                'tiling_restore tiling_sample_labels tiling_set_labels tiling_snapshot tiling_state_hash tiling_step walls_free '
                 'default_tiling_step_desc',
             'read by other calls': 'generations material_triangle_count corner_materials find_seams',
         }

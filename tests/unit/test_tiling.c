@@ -648,6 +648,156 @@ TEST mirrored_springls_are_counted(void)
     PASS();
 }
 
+/* ---- snapshots ---- */
+
+/* Writes a snapshot into a block that is as large as it is. */
+static char *block_of(springls_tiling *tiling, springls_snapshot_kind kind, size_t *size)
+{
+    char *block = NULL;
+    size_t written = 0;
+    if (springls_tiling_snapshot(tiling, kind, NULL, 0, size) == SPRINGLS_OK) block = (char *)malloc(*size);
+    if (!block || springls_tiling_snapshot(tiling, kind, block, *size, &written) != SPRINGLS_OK || written != *size) *size = 0;
+    return block;
+}
+
+/* A tiling goes on from a snapshot with the same bits: another one with other bodies, and the same one after a body has vanished. What
+   readers have asked before does not matter. */
+TEST snapshots_go_on(void)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling = tiling_of_size(BALL, NULL), *other = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_context *kept;
+    part ball = part_at(12.0f, 11.0f, 12.0f, 3.5f, 0);
+    char *all, *frame, *again, *delta;
+    size_t all_size, frame_size, size;
+    uint64_t begun, end;
+    int i;
+    three_labels(labels, BALL, 6.0f);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 1));
+    ASSERT_OK(springls_tiling_add_implicit(other, 70, part_of_ball, &ball));
+    step.velocity = swirl;
+    step.dt = 0.125f;
+    for (i = 0; i < 5; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    begun = springls_tiling_state_hash(tiling);
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    all = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &all_size);
+    frame = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_FRAME, &frame_size);
+    ASSERT(frame_size > 1000 && frame_size < all_size);
+    kept = springls_tiling_body(other, 70);
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(other, frame, frame_size));
+    ASSERT_EQ(1, springls_tiling_count(other));
+    ASSERT_OK(springls_tiling_restore(other, all, all_size));
+    ASSERT_EQ(3, springls_tiling_count(other));
+    ASSERT(springls_tiling_body(other, 70) == kept);
+    ASSERT(springls_tiling_state_hash(other) == begun);
+    again = block_of(other, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    ASSERT_EQ(all_size, size);
+    ASSERT_MEM_EQ(all, again, size);
+    for (i = 0; i < 6; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+        ASSERT_OK(springls_tiling_step(other, &step, NULL));
+    }
+    end = springls_tiling_state_hash(tiling);
+    ASSERT(end != begun && springls_tiling_state_hash(other) == end);
+    ASSERT_OK(springls_tiling_restore(other, frame, frame_size));
+    for (i = 0; i < 6; i++) ASSERT_OK(springls_tiling_step(other, &step, NULL));
+    ASSERT(springls_tiling_state_hash(other) == end);
+    free(again);
+    again = block_of(other, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    delta = (char *)malloc(size + 64);
+    ASSERT_OK(springls_snapshot_delta(kept, again, size, all, all_size, delta, size + 64, &frame_size));
+    ASSERT_LT(frame_size, all_size);
+    free(again);
+    free(delta);
+    free(all);
+    free(frame);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    PASS();
+}
+
+/* Gives a block the checksum of what it has. */
+static void seal(char *block, size_t size)
+{
+    uint64_t word, chain[4], i, k, count = (size - 32) / 8;
+    for (k = 0; k < 4; k++) chain[k] = (uint64_t)size ^ (14695981039346656037u + k);
+    for (i = 0; i < count; i++) {
+        memcpy(&word, block + 32 + 8 * i, 8);
+        chain[i % 4] = (chain[i % 4] ^ word) * 1099511628211u;
+        if (i < count / 4 * 4) chain[i % 4] ^= chain[i % 4] >> 29;
+    }
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * 1099511628211u + (uint64_t)(size - 32);
+    memcpy(block + 24, chain, 8);
+}
+
+/* Blocks that are altered, or of something else, are refused, and leave the tiling as it is; those without bodies are good. */
+TEST bad_snapshots_are_refused(void)
+{
+    springls_tiling *tiling = tiling_of_size(BALL, NULL), *larger = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    char *block, *bad, *none;
+    size_t size, none_size, i, at;
+    uint64_t hash;
+    int32_t number;
+    float value = 1e30f;
+    none = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &none_size);
+    ASSERT_OK(set_two_halves(tiling, 4.0f));
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    hash = springls_tiling_state_hash(tiling);
+    block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    bad = (char *)malloc(size);
+    memcpy(bad, block, size);
+    seal(bad, size);
+    ASSERT_MEM_EQ(block, bad, size);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_snapshot(NULL, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &at));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_snapshot(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_snapshot(tiling, (springls_snapshot_kind)2, NULL, 0, &at));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_snapshot(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, bad, size - 1, &at));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_restore(NULL, block, size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_restore(tiling, NULL, size));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(larger, block, size));
+    ASSERT(strstr(springls_tiling_last_error(larger), "another grid"));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_restore(springls_tiling_body(tiling, 4), block, size));
+    for (i = 0; i < 200; i++) { /* any byte, in places all over the block */
+        at = i < 100 ? i : (size_t)(((uint64_t)size * (i - 100u)) / 100u);
+        memcpy(bad, block, size);
+        bad[at] = (char)(bad[at] ^ 4);
+        ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size));
+        if (at >= 32) seal(bad, size); /* what is made to deceive may be good, but has no effects that are not */
+        if (at >= 32 && at < 100) springls_tiling_restore(tiling, bad, size);
+        ASSERT_OK(springls_tiling_restore(tiling, block, size));
+        ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, block, at));
+    }
+    for (at = 32; memcmp(block + at, "BODY", 4) != 0; at += 8) continue;
+    memcpy(bad, block, size);
+    number = 4;
+    memcpy(bad + at + 16, &number, 4);
+    seal(bad, size);
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size)); /* the first label is 0 */
+    for (at = 32; memcmp(block + at, "tiling.facing", 13) != 0; at += 8) continue;
+    memcpy(bad, block, size);
+    memcpy(bad + at + 48, &value, 4);
+    seal(bad, size);
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size)); /* the model's own checksum */
+    memcpy(bad, block, size);
+    memcpy(bad + 32, "NEWS", 4);
+    seal(bad, size);
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size));
+    ASSERT(hash == springls_tiling_state_hash(tiling));
+    ASSERT_OK(springls_tiling_restore(tiling, none, none_size));
+    ASSERT_EQ(0, springls_tiling_count(tiling));
+    ASSERT(!springls_tiling_body(tiling, 0));
+    ASSERT_OK(springls_tiling_restore(tiling, block, size));
+    ASSERT(hash == springls_tiling_state_hash(tiling));
+    free(block);
+    free(bad);
+    free(none);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(larger);
+    PASS();
+}
+
 /* ---- refusals ---- */
 
 TEST wrong_inputs_are_refused(void)
@@ -776,7 +926,22 @@ TEST wrong_calls_are_refused(void)
 /* ---- memory that runs out ---- */
 
 enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
-       CALL_first_step, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract, CALLS };
+       CALL_first_step, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract,
+       CALL_tiling_restore, CALLS };
+
+/* A block of bodies that tilings which are to be starved do not have, but for label 3. */
+static char *restored;
+static size_t restored_size;
+
+static void make_restored(void)
+{
+    springls_tiling *tiling = tiling_of_size(BALL, NULL);
+    part one = part_at(12.0f, 12.0f, 12.0f, 4.5f, 1), other = part_at(12.0f, 12.0f, 12.0f, 4.5f, -1);
+    if (springls_tiling_add_implicit(tiling, 3, part_of_ball, &one) == SPRINGLS_OK
+        && springls_tiling_add_implicit(tiling, 5, part_of_ball, &other) == SPRINGLS_OK)
+        restored = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &restored_size);
+    springls_tiling_destroy(tiling);
+}
 
 static springls_status call_of(springls_tiling *tiling, int call)
 {
@@ -799,6 +964,7 @@ static springls_status call_of(springls_tiling *tiling, int call)
     case CALL_tiling_sample_labels: return springls_tiling_sample_labels(tiling, point, 1, labels);
     case CALL_tiling_copy_labels: return springls_tiling_copy_labels(tiling, labels);
     case CALL_tiling_measure: return springls_tiling_measure(tiling, measures);
+    case CALL_tiling_restore: return springls_tiling_restore(tiling, restored, restored_size);
     case CALL_tiling_extract:
         status = springls_tiling_extract(tiling, &walls);
         springls_walls_free(tiling, &walls);
@@ -882,9 +1048,13 @@ int main(int argc, char **argv)
     RUN_TEST(the_past_does_not_matter);
     RUN_TEST(mirrored_springls_inherit);
     RUN_TEST(mirrored_springls_are_counted);
+    RUN_TEST(snapshots_go_on);
+    RUN_TEST(bad_snapshots_are_refused);
     RUN_TEST(wrong_inputs_are_refused);
     RUN_TEST(large_grids_are_refused);
     RUN_TEST(wrong_calls_are_refused);
+    make_restored();
     for (call = 0; call < CALLS; call++) RUN_TESTp(allocations_may_fail, call);
+    free(restored);
     GREATEST_MAIN_END();
 }
