@@ -122,6 +122,14 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
     python)   # the one of the system: its packages hold the modules
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import cffi, numpy, nibabel' 2> /dev/null ||
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
+    cohort)   # scans by the hundred: a workflow, its pictures, and a cluster of one machine for its test
+        need_command snakemake snakemake
+        need_command slurmctld slurmctld
+        need_command slurmd slurmd
+        need_command sbatch slurm-client
+        need_command munged munge
+        [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import PIL, nibabel, numpy' 2> /dev/null ||
+            for package in python3-pil python3-nibabel python3-numpy; do need $package; done ;;
     engines)   # what holds the library in examples/engines, and a display for it
         need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         need_command pkg-config pkg-config

@@ -123,7 +123,7 @@ program() {{
 def programs_of(script):
     """The programs that a script runs, as make knows them."""
     names = set(re.findall(r'\bbuild/((?:bench/)?[a-z0-9_]+)(?=\s|$)', script, re.M))
-    examples = {p.stem for p in (ROOT / 'examples').iterdir()} - {'common', 'pictures', 'python', 'web', 'engines', 'recipes'}
+    examples = {p.stem for p in (ROOT / 'examples').iterdir()} - {'common', 'pictures', 'python', 'web', 'engines', 'recipes', 'cohort'}
     measuring = {f'bench/{p.stem}' for p in (ROOT / 'tests/bench').glob('*.c*')}
     return sorted('build/' + n for n in names & (examples | measuring))
 

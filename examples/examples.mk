@@ -38,7 +38,7 @@ viewer_USES       = springls surface
 atlas_LIBS        = -lcjson
 viewer_LIBS       = -lglfw -lepoxy
 
-EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines examples/recipes %.mk,$(wildcard examples/*))))
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines examples/recipes examples/cohort %.mk,$(wildcard examples/*))))
 
 # $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries. Of programs:
 # groups of .ci/deps.sh.
@@ -128,7 +128,10 @@ build/web/%.html: examples/web/%.html
 	@mkdir -p $(@D)
 	@cp $< $@
 
-.PHONY: $(EXAMPLES) python engines check-folders
+cohort: deps-cohort   ## what the workflow of examples/cohort wants: two programs, Snakemake, Slurm
+	@$(MAKE) $(PARALLEL) atlas register
+
+.PHONY: $(EXAMPLES) python engines cohort check-folders
 examples:   ## build every program of examples/ into build/ (or one: make leveque)
 	@$(MAKE) $(PARALLEL) $(EXAMPLES)
 

@@ -187,6 +187,11 @@ $(TEST_DIR)/examples/test_judges: tests/examples/test_judges.py $(TEST_DIR)/exam
 	@cp $< $(@D)/python
 	$(call python_program,$(@D)/python/test_judges.py)
 
+# The workflow of cohorts. Under a sanitizer it is left out: it runs the programs as they are.
+$(TEST_DIR)/examples/test_cohort: tests/examples/test_cohort.py $(TEST_DIR)/settings $(if $(filter 1,$(WITH_LIBRARIES)),build/atlas build/register)
+	@mkdir -p $(@D)
+	$(call python_program,tests/examples/test_cohort.py)
+
 # What the pages say: their quick figures, and that what their commands name exists.
 $(TEST_DIR)/examples/test_pages: tests/examples/test_pages.py $(TEST_DIR)/settings
 	@mkdir -p $(@D)
@@ -200,7 +205,7 @@ chosen = $(if $(filter quick,$(TESTS)),$(1),$(if $(filter rest,$(TESTS)),$(filte
 # Quick on every backend are the tests of stages, on the scalar one all but those that take long and those that compare with what other
 # programs say.
 STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve rebuild fill_gaps unsigned_to_signed track)
-JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre)
+JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre examples/test_cohort)
 # Those of morph ask the glTF validator, which comes by npm, and the others take long.
 LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,determinism mesh_parts metric more_lives top_table) \
                 $(filter $(addprefix examples/test_,atlas% contour csg mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
@@ -293,7 +298,7 @@ test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHE
 
 test: TESTS ?= quick
 # All groups at once where they can all be had; then nothing is missing of each.
-test_groups = test examples display python opencl $(if $(filter quick,$(TESTS)),,judges engines)
+test_groups = test examples display python opencl $(if $(filter quick,$(TESTS)),,judges engines cohort)
 test:   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
 	@without="Going on without: the tests that want these are skipped."; \
 	  $(DEPS) $(test_groups) || $(DEPS) test || exit 1; \

@@ -1,0 +1,15 @@
+#!/bin/sh
+# status.sh JOB: how a job of Slurm is, in the words of Snakemake. Jobs that the controller has forgotten are asked of the accounting, where
+# there is one. A controller that does not answer says nothing about the job.
+said=$(scontrol -o show job "$1" 2>&1)
+state=$(echo "$said" | sed -n 's/.*JobState=\([A-Z_]*\).*/\1/p')
+case $state$said in
+    *"Invalid job id"*) state=$(sacct -X -n -P -o State -j "$1" 2> /dev/null | sed 's/ .*//;q') ;;
+    [A-Z]*JobState=*) ;;
+    *) state=RUNNING ;;
+esac
+case $state in
+    COMPLETED) echo success ;;
+    PENDING|CONFIGURING|RUNNING|COMPLETING|SUSPENDED|REQUEUED|RESIZING|STOPPED|SIGNALING|STAGE_OUT) echo running ;;
+    *) echo failed ;;
+esac

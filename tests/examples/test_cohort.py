@@ -1,0 +1,200 @@
+"""test_cohort.py - examples/cohort on some of the collection's hippocampi: interrupted and continued on this machine, and as jobs of a Slurm
+that is started for it, one of which is killed. The table is the same.
+
+    COHORT_ALL=1 tests/examples/test_cohort.py      all 40 subjects: a few minutes"""
+import csv
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+COHORT = ROOT / 'examples/cohort'
+DATA = pathlib.Path(os.environ.get('SPRINGLS_DATA', ''), 'shapes/hippocampus')
+ALL = bool(os.environ.get('COHORT_ALL'))
+SLURM = ('munged', 'slurmctld', 'slurmd', 'sbatch')
+
+
+def missing():
+    """Returns what there has to be and is not, as a sentence; empty: nothing."""
+    lacking = [command for command in ('snakemake', *SLURM) if not shutil.which(command)]
+    lacking += [f'build/{name}' for name in ('atlas', 'register') if not (ROOT / 'build' / name).exists()]
+    if subprocess.run(['/usr/bin/python3', '-c', 'import nibabel, PIL'], stderr=subprocess.DEVNULL).returncode:
+        lacking.append('nibabel or PIL')
+    if lacking:
+        return 'there is no ' + ', no '.join(lacking)
+    if os.geteuid() != 0:
+        return 'Slurm is started by root alone'
+    return '' if DATA.is_dir() else 'SPRINGLS_DATA is not set'
+
+
+def wait_for(what, seconds=120):
+    end = time.monotonic() + seconds
+    while not (found := what()):
+        if time.monotonic() > end:
+            raise TimeoutError('waited in vain')
+        time.sleep(0.1)
+    return found
+
+
+class Slurm:
+    """A controller and a node on this machine, with a munge of their own, in a folder."""
+
+    def __init__(self, folder):
+        self.folder, self.daemons = folder, []
+        (folder / 'munge').mkdir(mode=0o700)
+        for name in ('state', 'spool'):
+            (folder / name).mkdir()
+        (folder / 'munge/key').write_bytes(os.urandom(128))
+        (folder / 'munge/key').chmod(0o400)
+        host = os.uname().nodename.split('.')[0]
+        mib = os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES') >> 20
+        (folder / 'slurm.conf').write_text(f'''ClusterName=here
+SlurmctldHost={host}(127.0.0.1)
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge/socket
+CredType=cred/munge
+SlurmctldPort=26817
+SlurmdPort=26818
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+ProctrackType=proctrack/pgid
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+MpiDefault=none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SchedulerParameters=batch_sched_delay=0,sched_interval=1
+ReturnToService=2
+MailProg=/bin/true
+NodeName={host} NodeAddr=127.0.0.1 CPUs={os.cpu_count()} RealMemory={mib * 9 // 10} State=UNKNOWN
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+''')
+        self.environment = dict(os.environ, SLURM_CONF=str(folder / 'slurm.conf'))
+        munge = folder / 'munge'
+        self.start('munged', '--foreground', '--force', '--key-file', munge / 'key', '--socket', munge / 'socket', '--pid-file', munge / 'pid',
+                   '--log-file', munge / 'log', '--seed-file', munge / 'seed')
+        wait_for((munge / 'socket').exists)
+        self.start('slurmctld', '-D', '-i')
+        self.start('slurmd', '-D')
+        wait_for(lambda: 'idle' in self.ask('sinfo', '-h', '-o', '%T'))
+
+    def start(self, *command):
+        self.daemons.append(subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+
+    def ask(self, *command):
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True).stdout
+
+    def stop(self):
+        for daemon in reversed(self.daemons):
+            daemon.terminate()
+        for daemon in reversed(self.daemons):
+            try:
+                daemon.wait(20)
+            except subprocess.TimeoutExpired:
+                daemon.kill()
+
+
+class Cohort(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name).resolve()
+        for name in ('labels', 'scans', 'series/visits'):
+            (self.folder / name).mkdir(parents=True)
+        names = sorted(path.name for path in (DATA / 'labels').iterdir())
+        for name in names[:17 if ALL else 4]:
+            (self.folder / 'labels' / name).symlink_to(DATA / 'labels' / name)
+        for name in names if ALL else names[7:9]:
+            (self.folder / 'scans' / name).symlink_to(DATA / 'images' / name)
+        (self.folder / 'scans/a label map.nii.gz').symlink_to(DATA / 'labels' / names[9])
+        (self.folder / 'scans/cut.nii.gz').write_bytes((DATA / 'images' / names[9]).read_bytes()[:2000])
+        for visit, name in enumerate(names[7:9]):
+            (self.folder / f'series/visits/{visit}.nii.gz').symlink_to(DATA / 'images' / name)
+
+    def command(self, profile, out, *more, **settings):
+        settings = dict(scans='scans', out=out, programs=ROOT / 'build', segment_options='' if ALL else '--steps 1', **settings)
+        return ['snakemake', '-s', COHORT / 'Snakefile', '--profile', COHORT / profile, *more, '--config',
+                *(f'{name}={value}' for name, value in settings.items())]
+
+    def run_to_end(self, command, **more):
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, **more)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def steps(self, out):
+        return {path: path.stat().st_mtime_ns for path in (self.folder / out).glob('*/**/step.json')}
+
+    def local(self):
+        """Runs on this machine, and is interrupted after the first scan."""
+        settings = dict(subjects='labels', images=DATA / 'images', series='series',
+                        atlas_options=f'--rounds 1 --templates {3 if ALL else 1}')
+        log = self.folder / 'here.out'
+        with open(log, 'w') as out:
+            begun = subprocess.Popen(self.command('local', 'here', '--cores', '1', **settings), cwd=self.folder, start_new_session=True,
+                                     stdout=out, stderr=out)
+
+        def first_scan():
+            """Returns what is done once a scan is, when Snakemake knows of all."""
+            done = self.steps('here')
+            scans = [path for path in done if path.parent.name.startswith('hippocampus')]
+            return done if scans and log.read_text().count('Finished job') == 1 + len(done) else None
+        before = wait_for(first_scan, 3600)
+        os.killpg(begun.pid, signal.SIGINT)
+        self.assertNotEqual(begun.wait(60), 0)
+        self.assertFalse((self.folder / 'here/table.csv').exists())
+        said = self.run_to_end(self.command('local', 'here', '--cores', '2', **settings))
+        self.assertNotIn('rule atlas:', said)
+        self.assertIn('cut: failed: atlas: scans/cut.nii.gz: cut off', said)
+        self.assertEqual(before, {path: when for path, when in self.steps('here').items() if path in before})
+        self.assertIn('Nothing to be done', self.run_to_end(self.command('local', 'here', '--cores', '1', **settings)))
+
+    def on_slurm(self):
+        """Runs as jobs, and kills the first that segments."""
+        slurm = Slurm(self.folder)
+        self.addCleanup(slurm.stop)
+        command = self.command('slurm', 'there', atlas='here/atlas/atlas.json', series='series')
+        with open(self.folder / 'slurm.out', 'w') as log:
+            begun = subprocess.Popen(command, cwd=self.folder, env=slurm.environment, stdout=log, stderr=log)
+        self.addCleanup(begun.kill)
+        running = ('squeue', '-h', '-t', 'R', '-n', 'cohort-segment', '-o', '%A')
+        subprocess.run(['scancel', wait_for(lambda: slurm.ask(*running)).split()[0]], env=slurm.environment, check=True)
+        status, log = begun.wait(3600), (self.folder / 'slurm.out').read_text()
+        self.assertEqual(status, 0, log)
+        self.assertEqual(log.count('Trying to restart job'), 1, log)
+
+    def test_the_table_is_the_same_here_and_on_slurm(self):
+        self.local()
+        self.on_slurm()
+        here, there = ((self.folder / out / 'table.csv').read_text() for out in ('here', 'there'))
+        self.assertEqual(here.replace('here/', ''), there.replace('there/', ''))
+        rows = {row['name']: row for row in csv.DictReader(here.splitlines())}
+        self.assertEqual(len(rows), 43 if ALL else 5)
+        self.assertEqual({name for name, row in rows.items() if row['result'] == 'failed'}, {'cut', 'a label map'})
+        self.assertGreaterEqual(sum(row['result'] == 'trusted' and float(row['confidence']) > 0.8 for row in rows.values()), 38 if ALL else 3)
+        for out in ('here', 'there'):
+            for sheet in ('scans_001.png', 'frames_001.png'):
+                self.assertTrue((self.folder / out / sheet).read_bytes().startswith(b'\x89PNG'))
+        if ALL:
+            print(here, (self.folder / 'here/times.csv').read_text(), (self.folder / 'there/times.csv').read_text())
+
+
+if __name__ == '__main__':
+    why = missing()
+    if why:
+        print(f'{why}\nPass: 0, fail: 0, skip: 1.')
+        sys.exit()
+    result = unittest.main(exit=False).result
+    failed = len(result.failures) + len(result.errors)
+    print(f'Pass: {max(0, result.testsRun - failed - len(result.skipped))}, fail: {failed}, skip: {len(result.skipped)}.')
+    sys.exit(failed > 0)
