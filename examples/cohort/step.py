@@ -1,7 +1,8 @@
 """step.py STEP.json ATTEMPT ATTEMPTS COMMAND... - runs COMMAND FOLDER for one scan, FOLDER being that of STEP.json, which gets how it ended.
 
 A program that refuses its scan, or does not trust its result, has done its work: that is for the table, and no reason to stop the others.
-One that was killed is run again, by failing here; what kills it in the last attempt too is for the table."""
+One that was killed is run again, by failing here; what kills it in the last attempt too is for the table. A wrong option is no scan's fault,
+and never done."""
 import json
 import os
 import resource
@@ -10,6 +11,8 @@ import signal
 import subprocess
 import sys
 import time
+
+WRONG_USAGE = 2
 
 
 def last_line(path):
@@ -36,6 +39,8 @@ def main():
     begin = time.monotonic()
     with open(os.path.join(folder, 'log.txt'), 'w') as log:
         status = subprocess.run([*command, folder], stdout=log, stderr=log).returncode
+    if status == WRONG_USAGE:
+        sys.exit(last_line(os.path.join(folder, 'log.txt')))
     if status < 0 and int(attempt) < int(attempts):
         sys.exit(f'{folder}: {outcome(status, folder)[1]} in attempt {attempt} of {attempts}')
     result, reason = outcome(status, folder)

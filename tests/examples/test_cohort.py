@@ -123,7 +123,7 @@ class Cohort(unittest.TestCase):
             (self.folder / f'series/visits/{visit}.nii.gz').symlink_to(DATA / 'images' / name)
 
     def command(self, profile, out, *more, **settings):
-        settings = dict(scans='scans', out=out, programs=ROOT / 'build', segment_options='' if ALL else '--steps 1', **settings)
+        settings = dict(dict(scans='scans', out=out, programs=ROOT / 'build', segment_options='' if ALL else '--steps 1'), **settings)
         return ['snakemake', '-s', COHORT / 'Snakefile', '--profile', COHORT / profile, *more, '--config',
                 *(f'{name}={value}' for name, value in settings.items())]
 
@@ -134,6 +134,9 @@ class Cohort(unittest.TestCase):
 
     def steps(self, out):
         return {path: path.stat().st_mtime_ns for path in (self.folder / out).glob('*/**/step.json')}
+
+    def assert_all_is_done(self, profile, out, **settings):
+        self.assertIn('Nothing to be done', self.run_to_end(self.command(profile, out, '-n', **settings)))
 
     def local(self):
         """Runs on this machine, and is interrupted after the first scan."""
@@ -157,7 +160,12 @@ class Cohort(unittest.TestCase):
         self.assertNotIn('rule atlas:', said)
         self.assertIn('cut: failed: atlas: scans/cut.nii.gz: cut off', said)
         self.assertEqual(before, {path: when for path, when in self.steps('here').items() if path in before})
-        self.assertIn('Nothing to be done', self.run_to_end(self.command('local', 'here', '--cores', '1', **settings)))
+        self.assert_all_is_done('local', 'here', **settings)
+        wrong = subprocess.run(self.command('local', 'wrong', '--cores', '1', atlas='here/atlas/atlas.json', segment_options='--no-such'),
+                               cwd=self.folder, capture_output=True, text=True)
+        self.assertNotEqual(wrong.returncode, 0)
+        self.assertIn('no-such', wrong.stderr)
+        self.assertEqual(self.steps('wrong'), {})
 
     def on_slurm(self):
         """Runs as jobs, and kills the first that segments."""
@@ -172,6 +180,7 @@ class Cohort(unittest.TestCase):
         status, log = begun.wait(3600), (self.folder / 'slurm.out').read_text()
         self.assertEqual(status, 0, log)
         self.assertEqual(log.count('Trying to restart job'), 1, log)
+        self.assert_all_is_done('slurm', 'there', atlas='here/atlas/atlas.json', series='series')
 
     def test_the_table_is_the_same_here_and_on_slurm(self):
         self.local()
