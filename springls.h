@@ -509,9 +509,13 @@
      vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
-   Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure
-   p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
+   Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. Two sheets are twice as many
    springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
+
+   With tension the walls become films: the vertices of their mesh go down the slope of tension times area, so that within a wall they move
+   by its mean curvature, and lines where walls meet by the pull of all of them; tension_of gives each pair of labels its own. held keeps
+   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
+   make the mesh anew in every step. A dt of 0.5 / tension is stable.
 
    springls_tiling_snapshot writes all bodies as one block, which springls_tiling_restore reads.
 
@@ -841,10 +845,11 @@
      >>bodies               src/tiling/bodies.h
      >>tiling_snapshot      src/tiling/tiling_snapshot.h
      >>tiling_step          src/tiling/tiling_step.h
-     >>mirror               src/tiling/mirror.h
-     >>sheets               src/tiling/sheets.h
+     >>films                src/tiling/films.h
      >>walls                src/tiling/walls.h
      >>decode               src/tiling/decode.h
+     >>sheets               src/tiling/sheets.h
+     >>mirror               src/tiling/mirror.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
 */
@@ -2219,12 +2224,28 @@ typedef struct springls_tiling_batch {
    same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
 typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
 
+/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step. */
+typedef struct springls_tiling_hold {
+    int32_t label;
+    double target;                   /* world units; 0: what the body has when the step begins, which is written here  */
+    double volume;                   /* written: what the body had when the step began, by the walls of the tiling     */
+    double pressure;                 /* written: above that of label 0                                                */
+    double drift;                    /* written: what steps are to gain beyond the target, as they lose it always     */
+} springls_tiling_hold;
+
+/* Returns by how much the surface tension of the wall between two labels, the lower first, exceeds that of the description: a factor of 0
+   or more. */
+typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
+
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
-    void *user;                      /* handed to both                                                               */
-    float curvature_weight;          /* surface tension, alike on all walls; as springls_forces.curvature_weight     */
+    void *user;                      /* handed to all of them                                                        */
+    float tension;                   /* surface tension: walls move by it times their mean curvature                 */
+    springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
+    springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
+    int held_count;
     springls_integrator integrator;
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
@@ -2248,8 +2269,9 @@ typedef struct springls_tiling_report {
 
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
-   than .9 voxel nearer. report: may be NULL. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too,
-   the tiling is as before the step. */
+   than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
+   that. report: may be NULL. INVALID_ARGUMENT: also a tension below 0, or a target; a label that cannot be held. NON_FINITE: from a
+   callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
@@ -33272,7 +33294,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1151 \"springls.h\"\n",
+    "#line 1156 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33386,7 +33408,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2459 \"springls.h\"\n",
+    "#line 2481 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33502,7 +33524,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2576 \"springls.h\"\n",
+    "#line 2598 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33524,7 +33546,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2599 \"springls.h\"\n",
+    "#line 2621 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33539,7 +33561,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33663,7 +33685,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2739 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33733,7 +33755,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2810 \"springls.h\"\n",
+    "#line 2832 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33953,7 +33975,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3031 \"springls.h\"\n",
+    "#line 3053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33968,7 +33990,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3046 \"springls.h\"\n",
+    "#line 3068 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34092,14 +34114,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3170 \"springls.h\"\n",
+    "#line 3192 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3178 \"springls.h\"\n",
+    "#line 3200 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34225,7 +34247,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3305 \"springls.h\"\n",
+    "#line 3327 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34280,7 +34302,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3361 \"springls.h\"\n",
+    "#line 3383 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34369,7 +34391,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3451 \"springls.h\"\n",
+    "#line 3473 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34381,7 +34403,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3463 \"springls.h\"\n",
+    "#line 3485 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34396,7 +34418,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3479 \"springls.h\"\n",
+    "#line 3501 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34440,7 +34462,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3523 \"springls.h\"\n",
+    "#line 3545 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34455,7 +34477,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3538 \"springls.h\"\n",
+    "#line 3560 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34499,7 +34521,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3582 \"springls.h\"\n",
+    "#line 3604 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34578,7 +34600,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3661 \"springls.h\"\n",
+    "#line 3683 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34593,7 +34615,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3677 \"springls.h\"\n",
+    "#line 3699 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34660,7 +34682,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3744 \"springls.h\"\n",
+    "#line 3766 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34675,7 +34697,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3759 \"springls.h\"\n",
+    "#line 3781 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34742,7 +34764,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3827 \"springls.h\"\n",
+    "#line 3849 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35128,7 +35150,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4214 \"springls.h\"\n",
+    "#line 4236 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35832,7 +35854,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4919 \"springls.h\"\n",
+    "#line 4941 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36092,7 +36114,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5180 \"springls.h\"\n",
+    "#line 5202 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36294,7 +36316,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5383 \"springls.h\"\n",
+    "#line 5405 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36411,7 +36433,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5501 \"springls.h\"\n",
+    "#line 5523 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36608,7 +36630,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 5720 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36623,7 +36645,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5714 \"springls.h\"\n",
+    "#line 5736 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36817,7 +36839,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5908 \"springls.h\"\n",
+    "#line 5930 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36832,7 +36854,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5923 \"springls.h\"\n",
+    "#line 5945 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37026,7 +37048,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6718 \"springls.h\"\n",
+    "#line 6740 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37426,7 +37448,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7119 \"springls.h\"\n",
+    "#line 7141 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37452,7 +37474,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7146 \"springls.h\"\n",
+    "#line 7168 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37540,7 +37562,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7235 \"springls.h\"\n",
+    "#line 7257 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37680,7 +37702,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7376 \"springls.h\"\n",
+    "#line 7398 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37785,7 +37807,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7504 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38017,7 +38039,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7715 \"springls.h\"\n",
+    "#line 7737 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38047,7 +38069,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7745 \"springls.h\"\n",
+    "#line 7767 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38062,7 +38084,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7761 \"springls.h\"\n",
+    "#line 7783 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38231,7 +38253,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7930 \"springls.h\"\n",
+    "#line 7952 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38246,7 +38268,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7945 \"springls.h\"\n",
+    "#line 7967 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38415,7 +38437,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8114 \"springls.h\"\n",
+    "#line 8136 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38469,7 +38491,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8169 \"springls.h\"\n",
+    "#line 8191 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38495,7 +38517,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8195 \"springls.h\"\n",
+    "#line 8217 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38510,7 +38532,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8211 \"springls.h\"\n",
+    "#line 8233 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38593,7 +38615,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8294 \"springls.h\"\n",
+    "#line 8316 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38608,7 +38630,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8309 \"springls.h\"\n",
+    "#line 8331 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38691,7 +38713,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8392 \"springls.h\"\n",
+    "#line 8414 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38765,7 +38787,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8467 \"springls.h\"\n",
+    "#line 8489 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39318,7 +39340,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9021 \"springls.h\"\n",
+    "#line 9043 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39414,7 +39436,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9118 \"springls.h\"\n",
+    "#line 9140 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39535,7 +39557,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9240 \"springls.h\"\n",
+    "#line 9262 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39816,7 +39838,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9522 \"springls.h\"\n",
+    "#line 9544 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39902,7 +39924,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9609 \"springls.h\"\n",
+    "#line 9631 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40045,7 +40067,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9753 \"springls.h\"\n",
+    "#line 9775 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40234,7 +40256,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9943 \"springls.h\"\n",
+    "#line 9965 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40359,7 +40381,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10069 \"springls.h\"\n",
+    "#line 10091 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40393,7 +40415,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10104 \"springls.h\"\n",
+    "#line 10126 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40931,7 +40953,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10643 \"springls.h\"\n",
+    "#line 10665 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41081,7 +41103,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10794 \"springls.h\"\n",
+    "#line 10816 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41159,7 +41181,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10873 \"springls.h\"\n",
+    "#line 10895 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41408,7 +41430,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11123 \"springls.h\"\n",
+    "#line 11145 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41633,7 +41655,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11349 \"springls.h\"\n",
+    "#line 11371 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41737,7 +41759,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11454 \"springls.h\"\n",
+    "#line 11476 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41834,7 +41856,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11552 \"springls.h\"\n",
+    "#line 11574 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42372,7 +42394,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12091 \"springls.h\"\n",
+    "#line 12113 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42405,7 +42427,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12125 \"springls.h\"\n",
+    "#line 12147 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42430,14 +42452,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12151 \"springls.h\"\n",
+    "#line 12173 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12158 \"springls.h\"\n",
+    "#line 12180 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42452,7 +42474,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12174 \"springls.h\"\n",
+    "#line 12196 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42578,7 +42600,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12300 \"springls.h\"\n",
+    "#line 12322 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42593,7 +42615,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12315 \"springls.h\"\n",
+    "#line 12337 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42719,7 +42741,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12442 \"springls.h\"\n",
+    "#line 12464 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43011,7 +43033,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12735 \"springls.h\"\n",
+    "#line 12757 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43146,7 +43168,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17379 \"springls.h\"\n",
+    "#line 17401 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44209,7 +44231,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18443 \"springls.h\"\n",
+    "#line 18465 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44806,7 +44828,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19041 \"springls.h\"\n",
+    "#line 19063 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45403,7 +45425,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45407 \"springls.h\"\n",
+    "#line 45429 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -47326,6 +47348,9 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 
 enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
 
+/* The volume of a body, and what holds it (films.h), world units; target 0: nothing does. */
+typedef struct springls__held { double target, drift, volume, pressure, missing, way, product; bool is_given; } springls__held;
+
 /* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
@@ -47336,6 +47361,7 @@ typedef struct springls__tiling_body {
     size_t backup_size;
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
+    springls__held held;
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;
 
@@ -47345,6 +47371,8 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
+    springls__buffer films, film_memory[3]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
 };
@@ -47508,6 +47536,7 @@ SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, s
 SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
 {
     springls_context *host = tiling ? tiling->host : NULL;
+    int i;
     if (!tiling) return;
     springls__bodies_free(host, &tiling->bodies, tiling->count);
     springls__buffer_free(host, &tiling->shift);
@@ -47515,6 +47544,8 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->flag);
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
+    springls__buffer_free(host, &tiling->films);
+    for (i = 0; i < 3; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
 }
@@ -48475,482 +48506,6 @@ SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, cons
     return springls__for_bodies(tiling, call, springls__shift_body, NULL);
 }
 
-/* ======== >>mirror  (src/tiling/mirror.h) ====================================================================== */
-/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its
-   own correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
-   whose face the rim's wall is smooth, knows where it lies. */
-
-/* A springl that is to be added to a body, as that has it, and what it faces there. */
-typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
-
-/* Marks the springls of body `from` that face body `to` and have no partner there. */
-typedef struct springls__mirror_job {
-    const springls__tiling_body *from, *to;
-    const float *facing;
-    uint8_t *alone; /* a springl of `from` */
-} springls__mirror_job;
-
-/* Returns whether a springl of another body, at p and with normal m, is the partner of one at x with normal n. */
-SPRINGLS__FN bool springls__is_partner(springls__v3 x, springls__v3 n, springls__v3 p, springls__v3 m)
-{
-    const float opposed = -0.3f; /* cosine, at most */
-    return springls__length2(springls__sub(p, x)) < SPRINGLS__WALL_REACH * SPRINGLS__WALL_REACH && springls__dot(m, n) < opposed;
-}
-
-/* Returns whether the body has a partner for a springl at x with normal n. */
-SPRINGLS__FN bool springls__has_partner(const springls__tiling_body *body, springls__v3 x, springls__v3 n)
-{
-    const springls__model *model = &body->ctx->model;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__WALL_REACH);
-    int i;
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__is_partner(x, n, model->set.s[i].p,
-                                 springls__scale(springls__springl_normal(model->set.s[i]), body->sign))) return true;
-    return false;
-}
-
-SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
-{
-    const springls__mirror_job *job = (const springls__mirror_job *)arg;
-    for (; begin < end; begin++) {
-        const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
-            && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
-    }
-}
-
-/* Returns whether one of the springls that are to be added is already the partner of this one. */
-SPRINGLS__FN bool springls__is_mirrored_in(const springls__mirrored *added, int count, float sign, springls__v3 x, springls__v3 n)
-{
-    int i;
-    for (i = 0; i < count; i++)
-        if (springls__is_partner(x, n, added[i].s.p, springls__scale(springls__springl_normal(added[i].s), sign))) return true;
-    return false;
-}
-
-/* Collects what body `to` gets from body `from`, behind *count others. */
-SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling, const springls__tiling_body *from,
-                                                        const springls__tiling_body *to, int *count)
-{
-    const springls__constellation *set = &from->ctx->model.set;
-    springls__mirror_job job;
-    int i;
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->flag, (size_t)set->count + 1, 1, 0));
-    job.from = from;
-    job.to = to;
-    job.facing = springls__facing_values(from);
-    job.alone = (uint8_t *)tiling->flag.data;
-    springls__parallel(tiling->host, set->count, 64, springls__mirror_task, &job);
-    for (i = 0; i < set->count; i++) {
-        const springls__v3 n = springls__scale(springls__springl_normal(set->s[i]), from->sign);
-        springls__mirrored *added = (springls__mirrored *)tiling->added.data;
-        if (!job.alone[i] || springls__is_mirrored_in(added, *count, to->sign, set->s[i].p, n)) continue;
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->added, (size_t)*count + 1, sizeof *added,
-                                            (size_t)*count * sizeof *added));
-        added = (springls__mirrored *)tiling->added.data + (*count)++;
-        added->s = from->sign == to->sign ? springls__reversed(set->s[i]) : set->s[i];
-        added->a = set->a[i];
-        added->generation = set->generation[i] + 1u;
-        added->facing = from->label;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
-   of theirs follow the policy for fills. */
-SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
-{
-    springls_context *ctx = body->ctx;
-    const int before = ctx->model.set.count;
-    float *facing;
-    int i;
-    if (count == 0) return SPRINGLS_OK;
-    if (before + count > ctx->desc.max_springls) {
-        ctx->stats.refused += count;
-        return SPRINGLS_OK;
-    }
-    SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
-    for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
-    ctx->stats.added += count;
-    springls__constellation_changed(ctx);
-    SPRINGLS__TRY(springls__attributes_after_fill(ctx, before));
-    facing = springls__facing_values(body);
-    for (i = 0; i < count; i++) facing[before + i] = (float)added[i].facing;
-    return SPRINGLS_OK;
-}
-
-/* Gives each body the springls that its walls miss; *mirrored counts them. */
-SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, const char *call, int *mirrored)
-{
-    int springls, to, from, count;
-    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
-    for (to = 0; to < tiling->count; to++) {
-        springls__tiling_body *body = &tiling->body[to];
-        const int before = body->ctx->model.set.count;
-        springls_status status = springls__read_cell_list(body->ctx);
-        for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
-            if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
-                SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
-        if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
-        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
-        *mirrored += body->ctx->model.set.count - before;
-    }
-    return SPRINGLS_OK;
-}
-
-/* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
-/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it
-   was. */
-
-enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBTFUL = 64 }; /* DOUBTFUL: voxels; fewer may be none */
-
-/* ---- forces ---- */
-
-/* What the callbacks of a body's model get: whose they are. */
-typedef struct springls__tiling_push {
-    const springls_tiling_step_desc *desc;
-    const springls__tiling_body *body;
-} springls__tiling_push;
-
-/* The callback that is asked, and how many floats it answers a point. */
-typedef struct springls__tiling_ask { springls_tiling_fn fn; int width; } springls__tiling_ask;
-
-/* Asks the user's callback about part of a batch, at most SPRINGLS__TILING_BLOCK points from `first` on. Normals point away from the
-   label: those of the model of label 0 point into it. */
-SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls__tiling_ask ask, const springls_batch *given, int first,
-                                     int count, float *out)
-{
-    const float *facing = springls__facing_values(push->body);
-    int32_t labels[SPRINGLS__TILING_BLOCK];
-    float normals[3 * SPRINGLS__TILING_BLOCK];
-    springls_tiling_batch batch;
-    int i;
-    for (i = 0; i < count; i++) labels[i] = facing ? (int32_t)facing[given->springls[first + i]] : SPRINGLS__NO_LABEL;
-    for (i = 0; i < 3 * count; i++) normals[i] = push->body->sign * given->normals[3 * first + i];
-    batch.label = push->body->label;
-    batch.facing = labels;
-    batch.batch = *given;
-    batch.batch.count = count;
-    batch.batch.points = given->points + 3 * first;
-    batch.batch.normals = normals;
-    batch.batch.correspondences = given->correspondences + 3 * first;
-    batch.batch.springls = given->springls + first;
-    batch.batch.ids = given->ids + first;
-    (ask.fn)(push->desc->user, &batch, out + ask.width * first);
-}
-
-SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given,
-                                float *out)
-{
-    springls__tiling_ask ask;
-    int first;
-    ask.fn = fn;
-    ask.width = width;
-    for (first = 0; first < given->count; first += SPRINGLS__TILING_BLOCK)
-        springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
-}
-
-SPRINGLS__FN void springls__tiling_velocity(void *user, const springls_batch *given, float *out)
-{
-    const springls__tiling_push *push = (const springls__tiling_push *)user;
-    springls__ask(push, push->desc->velocity, 3, given, out);
-}
-
-SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *given, float *out)
-{
-    const springls__tiling_push *push = (const springls__tiling_push *)user;
-    int i;
-    springls__ask(push, push->desc->pressure, 1, given, out);
-    for (i = 0; i < given->count; i++) out[i] *= push->body->sign;
-}
-
-/* ---- as it was ---- */
-
-/* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
-SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    springls_context *ctx = body->ctx;
-    const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
-    springls__snapshot_state state;
-    springls__layout layout;
-    springls__table tables[2];
-    size_t size;
-    (void)tiling, (void)arg;
-    body->backup_size = 0;
-    SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
-    SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
-    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
-    springls__tables_of_block(ctx, &state, &layout, (const char *)body->backup.data, tables);
-    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &state, tables));
-    body->backup_size = size;
-    return SPRINGLS_OK;
-}
-
-/* Goes back to the models as they were, where they have been kept. */
-SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
-{
-    int i;
-    for (i = 0; i < tiling->count; i++) {
-        springls__tiling_body *body = &tiling->body[i];
-        springls_status status = SPRINGLS_OK;
-        if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
-        SPRINGLS_ASSERT(status == SPRINGLS_OK);
-        (void)status;
-        body->backup_size = 0;
-    }
-}
-
-/* ---- the step ---- */
-
-SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
-    springls__tiling_push push;
-    springls_forces forces = springls_default_forces();
-    springls_step_desc step = springls_default_step_desc();
-    (void)tiling;
-    if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
-    push.desc = desc;
-    push.body = body;
-    forces.user = &push;
-    if (desc->velocity) forces.velocity_batch = springls__tiling_velocity;
-    if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
-    forces.curvature_weight = desc->curvature_weight;
-    forces.integrator = desc->integrator;
-    step.forces = desc->dt > 0.0f ? &forces : NULL;
-    step.dt = desc->dt;
-    step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
-    return springls_step(body->ctx, &step);
-}
-
-/* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
-SPRINGLS__FN bool springls__has_voxel(const springls_tiling *tiling, int own, float phi, const int at[3])
-{
-    int i;
-    for (i = 0; i < tiling->count; i++) {
-        const springls__grid *g = &tiling->body[i].ctx->model.grid;
-        const float other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
-        if (i != own && (i < own ? other <= phi : other < phi)) return false;
-    }
-    return true;
-}
-
-/* Returns how many voxels have the label of body `own` by phi, at most SPRINGLS__DOUBTFUL. */
-SPRINGLS__FN int springls__count_voxels(const springls_tiling *tiling, int own)
-{
-    const springls__grid *g = &tiling->body[own].ctx->model.grid;
-    const int entries = (int)springls__entry_count(g);
-    int e, v, o[3], at[3], count = 0;
-    for (e = 0; e < entries; e++) {
-        const float *phi = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[e] == SPRINGLS__OUTSIDE) continue;
-        springls__entry_origin(g, e, o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            if (phi[v] >= 0.0f) continue;
-            springls__voxel_of_brick(o, v, at);
-            if (!springls__grid_contains(g, at[0], at[1], at[2]) || !springls__has_voxel(tiling, own, phi[v], at)) continue;
-            if (++count == SPRINGLS__DOUBTFUL) return count;
-        }
-    }
-    return count;
-}
-
-/* Returns whether no voxel has the label of a body any more. Where that is in doubt, phi of it and of those around it is made to agree
-   with the springls for the answer. */
-SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, const char *call, int own, bool *vanished)
-{
-    springls_status status;
-    int i, springls;
-    *vanished = tiling->body[own].ctx->model.set.count == 0;
-    if (*vanished || springls__count_voxels(tiling, own) == SPRINGLS__DOUBTFUL) return SPRINGLS_OK;
-    status = springls__look_at_bodies(tiling, call, &springls);
-    for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
-        if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
-        status = springls__begin_reading(tiling->body[i].ctx);
-        if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
-    }
-    if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
-    for (i = 0; i < tiling->count; i++) springls__end_reading(tiling->body[i].ctx);
-    return status;
-}
-
-/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
-SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
-{
-    int i, k;
-    for (i = tiling->count - 1; i > 0; i--) {
-        const springls__tiling_body body = tiling->body[i];
-        bool vanished;
-        SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
-        if (!vanished) continue;
-        tiling->count--;
-        for (k = i; k < tiling->count; k++) tiling->body[k] = tiling->body[k + 1];
-        tiling->body[k] = body;
-    }
-    return SPRINGLS_OK;
-}
-
-/* Frees the bodies that have been set aside, `count` with them, and lists their labels; there is room for them. Nothing faces them from
-   now on. */
-SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, springls_tiling_report *report)
-{
-    int32_t *vanished = (int32_t *)tiling->vanished.data;
-    int i, k;
-    if (count == tiling->count) return;
-    report->vanished = vanished;
-    for (i = tiling->count; i < count; i++) {
-        vanished[report->vanished_count++] = tiling->body[i].label;
-        springls__body_free(&tiling->body[i]);
-    }
-    for (i = 0; i < tiling->count; i++) {
-        float *facing = springls__facing_values(&tiling->body[i]);
-        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
-            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
-    }
-}
-
-/* Sums up the gaps of all springls that have a sheet before them. */
-SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_tiling_report *report)
-{
-    const springls__tiling_body *last = &tiling->body[tiling->count - 1];
-    const int springls = last->first + last->ctx->model.set.count;
-    const float *gap = (const float *)tiling->gap.data;
-    double sum = 0.0, sum2 = 0.0;
-    int i, found = 0;
-    for (i = 0; i < springls; i++) {
-        if (gap[i] == FLT_MAX) continue;
-        found++;
-        sum += fabs((double)gap[i]);
-        sum2 += (double)gap[i] * (double)gap[i];
-        report->largest_gap = springls__max(report->largest_gap, springls__fabs(gap[i]));
-    }
-    if (found) {
-        report->mean_gap = (float)(sum / (double)found);
-        report->rms_gap = (float)sqrt(sum2 / (double)found);
-    }
-    report->faced = found;
-}
-
-/* Returns whether sheets are looked at in this step: in a flow that all labels share they come apart slowly. */
-SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
-{
-    const uint32_t usual = desc->pressure || desc->curvature_weight != 0.0f || desc->dt == 0.0f ? 1u : (uint32_t)SPRINGLS__MIRROR_PERIOD;
-    const uint32_t period = desc->wall_period > 0 ? (uint32_t)desc->wall_period : usual;
-    return tiling->steps % period == 0;
-}
-
-/* Does the work on a checked description. On failure models are left as they are. */
-SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
-                                                       springls_tiling_report *report)
-{
-    const char *call = "tiling_step";
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
-    SPRINGLS__TRY(springls__find_facing(tiling, call));
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
-    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
-    tiling->steps++;
-    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
-    if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__draw_sheets(tiling, call));
-    springls__report_gaps(tiling, report);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
-{
-    const char *call = "tiling_step";
-    if (!desc) return springls__fail_null(tiling->host, call, "the description");
-    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
-    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
-    if (desc->wall_period < 0)
-        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
-    if (springls_tiling_count(tiling) == 0)
-        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
-                                                  springls_tiling_report *report)
-{
-    springls_tiling_report own;
-    springls_status status;
-    uint32_t steps;
-    bool facing_known;
-    int count, i;
-    if (!report) report = &own;
-    memset(report, 0, sizeof *report);
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
-    count = tiling->count;
-    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
-    steps = tiling->steps;
-    facing_known = tiling->facing_known;
-    status = springls__run_tiling_step(tiling, desc, report);
-    if (status == SPRINGLS_OK) {
-        springls__drop_vanished(tiling, count, report);
-        return SPRINGLS_OK;
-    }
-    memset(report, 0, sizeof *report);
-    tiling->count = count;
-    springls__sort_bodies(tiling->body, count);
-    springls__go_back(tiling);
-    tiling->steps = steps;
-    tiling->facing_known = facing_known;
-    return status;
-}
-
-SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
-{
-    springls_tiling_step_desc desc;
-    memset(&desc, 0, sizeof desc);
-    desc.max_displacement = 2.0f;
-    return desc;
-}
-
-/* Finds what the springls of a body face, before a step does, and leaves the tiling as it is. */
-SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int number, float *facing)
-{
-    springls__sheets_job job;
-    int springls;
-    SPRINGLS__TRY(springls__look_at_bodies(tiling, "tiling_facing", &springls));
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
-    memset(&job, 0, sizeof job);
-    job.tiling = tiling;
-    job.own = number;
-    job.facing = facing;
-    job.gap = (float *)tiling->gap.data;
-    springls__parallel(tiling->host, springls_count(tiling->body[number].ctx), 64, springls__sheets_task, &job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
-{
-    const float *facing;
-    springls__buffer ahead;
-    springls_status status = SPRINGLS_OK;
-    int i, number, count;
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    number = springls__body_number(tiling, label);
-    if (number < 0)
-        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_facing: there is no body of label %ld", (long)label);
-    count = springls_count(tiling->body[number].ctx);
-    if (!out && count) return springls__fail_null(tiling->host, "tiling_facing", "out");
-    memset(&ahead, 0, sizeof ahead);
-    facing = springls__facing_values(&tiling->body[number]);
-    if (!springls__facing_is_known(tiling)) {
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &ahead, (size_t)count + 1, sizeof(float), 0));
-        status = springls__look_ahead(tiling, number, (float *)ahead.data);
-        facing = (const float *)ahead.data;
-    }
-    for (i = 0; status == SPRINGLS_OK && i < count; i++) out[i] = (int32_t)facing[i];
-    springls__buffer_free(tiling->host, &ahead);
-    return status;
-}
-
 /* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
 /* decode.h - what label is where: that of the model whose phi is lowest, the lower label where two are equal. The outside of label 0 has
    phi of all bodies together, negated. So every place has one label, and no body a gap or an overlap beside it. */
@@ -49345,7 +48900,7 @@ SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_w
     for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
         for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
             for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
-                for (axis = 0; axis < 3; axis++) {
+                for (axis = 0; axis < 3 && springls__vertex_at(job, at) >= 0; axis++) {
                     if (walls->triangle_count > INT32_MAX - 2 || walls->edge_count == INT32_MAX) return false;
                     springls__add_quad(job, at, axis, walls);
                     springls__add_wall_edge(job, at, axis, walls);
@@ -49435,6 +48990,827 @@ SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *w
     if (!tiling || !walls) return;
     springls__release(tiling->host, walls->positions, walls->bytes);
     memset(walls, 0, sizeof *walls);
+}
+
+/* ======== >>films  (src/tiling/films.h) ======================================================================== */
+/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface tension
+   times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
+   curvature, and where walls meet it is the pull of all of them, so that they come to rest at the angles of Plateau's and Neumann's laws.
+
+   With the force F_v, the area m_v that belongs to vertex v, and the slope g_iv of the volume of body i, vertices move with
+
+       u_v = (F_v + sum over i of p_i g_iv) / m_v
+
+   where the pressures p_i are the Lagrange multipliers of the volumes that are held: sum over v of g_iv u_v is what body i lacks, over dt.
+   What springls lose on their way, always alike, is aimed for in addition (drift).
+   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike. */
+
+enum { SPRINGLS__FILM_LABELS = 6 }; /* a vertex: more are passed over */
+
+/* A vertex of the walls: what pulls it, a step of the solver, what belongs to it, and its labels, -1 behind the last. World units. */
+typedef struct springls__film {
+    double force[3], along[3], mass;
+    springls__v3 place, velocity; /* voxels                                                                            */
+    int32_t label[SPRINGLS__FILM_LABELS];
+} springls__film;
+
+#define SPRINGLS__FILM_REACH 1.5f /* voxels: from a springl to the vertices that it follows */
+
+/* Finds the normal of a triangle of the walls, as long as twice its area, and its corners. */
+SPRINGLS__FN void springls__film_triangle(const springls_walls *walls, int triangle, double corner[3][3], double normal[3])
+{
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            corner[i][k] = (double)walls->positions[3 * (size_t)walls->triangles[3 * (size_t)triangle + (size_t)i] + (size_t)k];
+    for (k = 0; k < 3; k++) {
+        const int u = (k + 1) % 3, v = (k + 2) % 3;
+        normal[k] = (corner[1][u] - corner[0][u]) * (corner[2][v] - corner[0][v])
+                  - (corner[1][v] - corner[0][v]) * (corner[2][u] - corner[0][u]);
+    }
+}
+
+SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__FILM_LABELS; i++) {
+        if (film->label[i] == label) return;
+        if (film->label[i] != SPRINGLS__NO_LABEL) continue;
+        film->label[i] = label;
+        return;
+    }
+}
+
+/* Returns the surface tension of a wall. */
+SPRINGLS__FN double springls__tension_of(const springls_tiling_step_desc *desc, const int32_t labels[2])
+{
+    const int low = labels[0] > labels[1];
+    double tension = (double)desc->tension;
+    if (desc->tension_of) tension *= (double)(desc->tension_of)(desc->user, labels[low], labels[!low]);
+    return tension;
+}
+
+/* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
+SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_tiling_step_desc *desc, int triangle)
+{
+    const springls_walls *walls = &tiling->walls;
+    const int32_t *labels = walls->labels + 2 * (size_t)triangle;
+    springls__film *films = (springls__film *)tiling->films.data;
+    double corner[3][3], n[3], area2, tension, volume = 0.0;
+    int i, k;
+    springls__film_triangle(walls, triangle, corner, n);
+    area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    tension = area2 > 0.0 ? springls__tension_of(desc, labels) / area2 : 0.0;
+    for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
+    for (i = 0; i < 3; i++) {
+        springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
+        const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+        film->mass += area2 / 6.0;
+        for (k = 0; k < 3; k++) {
+            const int u = (k + 1) % 3, v = (k + 2) % 3;
+            film->force[k] -= 0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
+        }
+        for (k = 0; k < 2; k++) springls__name_film(film, labels[k]);
+    }
+    for (k = 0; k < 2; k++) {
+        springls__tiling_body *body = &tiling->body[springls__body_number(tiling, labels[k])];
+        body->held.volume += (k ? -volume : volume) / 6.0;
+    }
+}
+
+/* ---- pressures ---- */
+
+/* Adds the slopes of volumes, each times its body's `way`, to `along` of the vertices. */
+SPRINGLS__FN void springls__push_films(const springls_tiling *tiling)
+{
+    const springls_walls *walls = &tiling->walls;
+    springls__film *films = (springls__film *)tiling->films.data;
+    double corner[3][3], n[3];
+    int t, i, k;
+    for (i = 0; i < walls->vertex_count; i++) memset(films[i].along, 0, sizeof films[i].along);
+    for (t = 0; t < walls->triangle_count; t++) {
+        const int behind = springls__body_number(tiling, walls->labels[2 * (size_t)t]);
+        const int before = springls__body_number(tiling, walls->labels[2 * (size_t)t + 1]);
+        const double push = (tiling->body[behind].held.way - tiling->body[before].held.way) / 6.0;
+        if (push == 0.0) continue;
+        springls__film_triangle(walls, t, corner, n);
+        for (i = 0; i < 3; i++)
+            for (k = 0; k < 3; k++) films[walls->triangles[3 * (size_t)t + (size_t)i]].along[k] += push * n[k];
+    }
+}
+
+/* Writes how fast each volume grows where the vertices are pushed by `along`, or by `force`, into `product`. */
+SPRINGLS__FN void springls__grow_films(const springls_tiling *tiling, bool by_force)
+{
+    const springls_walls *walls = &tiling->walls;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    double corner[3][3], n[3];
+    int t, i, k;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].held.product = 0.0;
+    for (t = 0; t < walls->triangle_count; t++) {
+        springls__tiling_body *behind = &tiling->body[springls__body_number(tiling, walls->labels[2 * (size_t)t])];
+        springls__tiling_body *before = &tiling->body[springls__body_number(tiling, walls->labels[2 * (size_t)t + 1])];
+        double growth = 0.0;
+        springls__film_triangle(walls, t, corner, n);
+        for (i = 0; i < 3; i++) {
+            const springls__film *film = &films[walls->triangles[3 * (size_t)t + (size_t)i]];
+            const double *push = by_force ? film->force : film->along;
+            for (k = 0; k < 3; k++) growth += push[k] * n[k] / (6.0 * film->mass);
+        }
+        behind->held.product += growth;
+        before->held.product -= growth;
+    }
+}
+
+/* Returns whether a body has a target, and walls that may move. */
+SPRINGLS__FN bool springls__keeps_volume(const springls__held *held) { return held->target > 0.0 && held->volume > 0.0; }
+
+/* Finds the pressures by conjugate gradients; `missing` has what each volume lacks, over dt, and is used up. */
+SPRINGLS__FN void springls__solve_pressures(const springls_tiling *tiling)
+{
+    const int rounds = 50;
+    double square = 0.0, next, along, first;
+    int i, k;
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        held->pressure = 0.0;
+        if (!springls__keeps_volume(held)) held->missing = 0.0;
+        held->way = held->missing;
+        square += held->missing * held->missing;
+    }
+    first = square;
+    for (k = 0; k < rounds && square > 1e-10 * first; k++) {
+        springls__push_films(tiling);
+        springls__grow_films(tiling, false);
+        for (i = 0, along = 0.0; i < tiling->count; i++) along += tiling->body[i].held.way * tiling->body[i].held.product;
+        if (!(along > 0.0)) break;
+        for (i = 0, next = 0.0; i < tiling->count; i++) {
+            springls__held *held = &tiling->body[i].held;
+            if (!springls__keeps_volume(held)) continue;
+            held->pressure += square / along * held->way;
+            held->missing -= square / along * held->product;
+            next += held->missing * held->missing;
+        }
+        for (i = 0; i < tiling->count; i++) {
+            springls__held *held = &tiling->body[i].held;
+            if (springls__keeps_volume(held)) held->way = held->missing + next / square * held->way;
+        }
+        square = next;
+    }
+}
+
+/* Finds the velocities of all vertices. */
+SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
+{
+    const double *to_voxel = tiling->host->window.to_voxel;
+    springls__film *films = (springls__film *)tiling->films.data;
+    int i, k;
+    springls__grow_films(tiling, true);
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        held->missing = (held->target + held->drift - held->volume) / dt - held->product;
+    }
+    springls__solve_pressures(tiling);
+    for (i = 0; i < tiling->count; i++) tiling->body[i].held.way = tiling->body[i].held.pressure;
+    springls__push_films(tiling);
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        double u[3], v[3], largest;
+        for (k = 0; k < 3; k++) u[k] = (films[i].force[k] + films[i].along[k]) / films[i].mass;
+        for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
+        largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5; /* half a voxel in a step */
+        for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
+        films[i].velocity = springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+    }
+}
+
+/* ---- the walls in a step ---- */
+
+SPRINGLS__FN void springls__free_films(springls_tiling *tiling) { springls_walls_free(tiling, &tiling->walls); }
+
+/* Takes over what is held; a label that is gone is passed over. */
+SPRINGLS__FN void springls__take_held(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    int k;
+    for (k = 0; k < tiling->count; k++) memset(&tiling->body[k].held, 0, sizeof tiling->body[k].held);
+    for (k = 0; k < desc->held_count; k++) {
+        const int i = springls__body_number(tiling, desc->held[k].label);
+        if (i < 1) continue;
+        tiling->body[i].held.is_given = true;
+        tiling->body[i].held.target = desc->held[k].target;
+        tiling->body[i].held.drift = desc->held[k].drift;
+    }
+}
+
+/* Makes the walls, and finds how fast each of their vertices moves by surface tension and pressures. */
+SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    const double spacing = (double)tiling->host->smallest_spacing, least = 0.3 * spacing * spacing;
+    springls__film *films;
+    int i, k;
+    SPRINGLS__TRY(springls__read_bodies(tiling, call));
+    memset(&tiling->walls, 0, sizeof tiling->walls);
+    SPRINGLS__TRY(springls__extract_walls(tiling, tiling->film_memory, &tiling->walls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->films, (size_t)tiling->walls.vertex_count + 1, sizeof *films, 0));
+    films = (springls__film *)tiling->films.data;
+    memset(films, 0, (size_t)tiling->walls.vertex_count * sizeof *films);
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        for (k = 0; k < SPRINGLS__FILM_LABELS; k++) films[i].label[k] = SPRINGLS__NO_LABEL;
+        films[i].place = springls__world_to_voxel(tiling->host, tiling->walls.positions + 3 * (size_t)i);
+    }
+    springls__take_held(tiling, desc);
+    for (i = 0; i < tiling->walls.triangle_count; i++) springls__add_film(tiling, desc, i);
+    for (i = 0; i < tiling->walls.vertex_count; i++)
+        if (films[i].mass < least) films[i].mass = least;
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        if (held->is_given && !(held->target > 0.0)) held->target = held->volume;
+    }
+    springls__move_films(tiling, (double)desc->dt);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__FILM_LABELS; i++)
+        if (film->label[i] == label) return true;
+    return false;
+}
+
+/* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the
+   body's where that has none there. */
+SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling, int32_t own, int32_t facing, springls__v3 x)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    const int *vertex = (const int *)tiling->film_memory[1].data;
+    const float reach = SPRINGLS__FILM_REACH;
+    springls__v3 sum[2];
+    float weight[2] = { 0.0f, 0.0f };
+    int lower[3], upper[3], at[3], k;
+    memset(sum, 0, sizeof sum);
+    lower[0] = springls__imax((int)(x.x - reach), 0), upper[0] = springls__imin((int)(x.x + reach), g->size[0] - 2);
+    lower[1] = springls__imax((int)(x.y - reach), 0), upper[1] = springls__imin((int)(x.y + reach), g->size[1] - 2);
+    lower[2] = springls__imax((int)(x.z - reach), 0), upper[2] = springls__imin((int)(x.z + reach), g->size[2] - 2);
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++) {
+                const int v = vertex[springls__voxel_index(g, at[0], at[1], at[2])];
+                float near2, w;
+                if (v < 0) continue;
+                near2 = springls__length2(springls__sub(films[v].place, x)) / (reach * reach);
+                if (near2 >= 1.0f || !springls__film_has(&films[v], own)) continue;
+                w = (1.0f - near2) * (1.0f - near2);
+                for (k = 0; k < 2; k++) {
+                    if (k == 0 && !springls__film_has(&films[v], facing)) continue;
+                    sum[k] = springls__mad(sum[k], films[v].velocity, w);
+                    weight[k] += w;
+                }
+            }
+    k = weight[0] > 0.0f ? 0 : 1;
+    return weight[k] > 0.0f ? springls__scale(sum[k], 1.0f / weight[k]) : springls__v3_make(0.0f, 0.0f, 0.0f);
+}
+
+/* ---- what the caller holds ---- */
+
+/* Fails where what is to be held of a description is no body's volume. */
+SPRINGLS__FN springls_status springls__check_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    int i;
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "tension", (double)desc->tension));
+    if (desc->held_count < 0 || (desc->held_count > 0 && !desc->held))
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: held_count is %d, held is %s", call, desc->held_count,
+                              desc->held ? "given" : "NULL");
+    for (i = 0; i < desc->held_count; i++) {
+        const springls_tiling_hold *hold = &desc->held[i];
+        if (hold->label < 1 || hold->label > SPRINGLS__LARGEST_LABEL)
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: held number %d has label %ld: labels are 1 to %d", call, i,
+                                  (long)hold->label, (int)SPRINGLS__LARGEST_LABEL);
+        if (!springls__finite(hold->target) || hold->target < 0.0 || !springls__finite(hold->drift))
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                  "%s: label %ld is held at the volume %g with the drift %g: 0 or more, and finite", call,
+                                  (long)hold->label, hold->target, hold->drift);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Gives the caller what the step has found of what is held. */
+SPRINGLS__FN void springls__give_held(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const double learned = 0.1, largest = 0.003; /* of what is missing, in a step; of the target: more is no loss by steps */
+    int k;
+    for (k = 0; k < desc->held_count; k++) {
+        springls_tiling_hold *hold = &desc->held[k];
+        const int i = springls__body_number(tiling, hold->label);
+        const springls__held *held = i < 1 ? NULL : &tiling->body[i].held;
+        hold->volume = held ? held->volume : 0.0;
+        hold->pressure = held ? held->pressure : 0.0;
+        if (!held) continue;
+        hold->target = held->target;
+        if (fabs(held->target - held->volume) < largest * held->target) hold->drift += learned * (held->target - held->volume);
+        if (fabs(hold->drift) > largest * held->target) hold->drift = 0.0;
+    }
+}
+
+/* ======== >>mirror  (src/tiling/mirror.h) ====================================================================== */
+/* mirror.h - closes the walls: a springl whose wall has no sheet of the other body before it gives that body one, turned round, with its
+   own correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
+   whose face the rim's wall is smooth, knows where it lies. */
+
+/* A springl that is to be added to a body, as that has it, and what it faces there. */
+typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
+
+/* Marks the springls of body `from` that face body `to` and have no partner there. */
+typedef struct springls__mirror_job {
+    const springls__tiling_body *from, *to;
+    const float *facing;
+    uint8_t *alone; /* a springl of `from` */
+} springls__mirror_job;
+
+/* Returns whether a springl of another body, at p and with normal m, is the partner of one at x with normal n. */
+SPRINGLS__FN bool springls__is_partner(springls__v3 x, springls__v3 n, springls__v3 p, springls__v3 m)
+{
+    const float opposed = -0.3f; /* cosine, at most */
+    return springls__length2(springls__sub(p, x)) < SPRINGLS__WALL_REACH * SPRINGLS__WALL_REACH && springls__dot(m, n) < opposed;
+}
+
+/* Returns whether the body has a partner for a springl at x with normal n. */
+SPRINGLS__FN bool springls__has_partner(const springls__tiling_body *body, springls__v3 x, springls__v3 n)
+{
+    const springls__model *model = &body->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__WALL_REACH);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__is_partner(x, n, model->set.s[i].p,
+                                 springls__scale(springls__springl_normal(model->set.s[i]), body->sign))) return true;
+    return false;
+}
+
+SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
+{
+    const springls__mirror_job *job = (const springls__mirror_job *)arg;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &job->from->ctx->model.set.s[begin];
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+            && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
+    }
+}
+
+/* Returns whether one of the springls that are to be added is already the partner of this one. */
+SPRINGLS__FN bool springls__is_mirrored_in(const springls__mirrored *added, int count, float sign, springls__v3 x, springls__v3 n)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        if (springls__is_partner(x, n, added[i].s.p, springls__scale(springls__springl_normal(added[i].s), sign))) return true;
+    return false;
+}
+
+/* Collects what body `to` gets from body `from`, behind *count others. */
+SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling, const springls__tiling_body *from,
+                                                        const springls__tiling_body *to, int *count)
+{
+    const springls__constellation *set = &from->ctx->model.set;
+    springls__mirror_job job;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->flag, (size_t)set->count + 1, 1, 0));
+    job.from = from;
+    job.to = to;
+    job.facing = springls__facing_values(from);
+    job.alone = (uint8_t *)tiling->flag.data;
+    springls__parallel(tiling->host, set->count, 64, springls__mirror_task, &job);
+    for (i = 0; i < set->count; i++) {
+        const springls__v3 n = springls__scale(springls__springl_normal(set->s[i]), from->sign);
+        springls__mirrored *added = (springls__mirrored *)tiling->added.data;
+        if (!job.alone[i] || springls__is_mirrored_in(added, *count, to->sign, set->s[i].p, n)) continue;
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->added, (size_t)*count + 1, sizeof *added,
+                                            (size_t)*count * sizeof *added));
+        added = (springls__mirrored *)tiling->added.data + (*count)++;
+        added->s = from->sign == to->sign ? springls__reversed(set->s[i]) : set->s[i];
+        added->a = set->a[i];
+        added->generation = set->generation[i] + 1u;
+        added->facing = from->label;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
+   of theirs follow the policy for fills. */
+SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
+{
+    springls_context *ctx = body->ctx;
+    const int before = ctx->model.set.count;
+    float *facing;
+    int i;
+    if (count == 0) return SPRINGLS_OK;
+    if (before + count > ctx->desc.max_springls) {
+        ctx->stats.refused += count;
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
+    for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
+    ctx->stats.added += count;
+    springls__constellation_changed(ctx);
+    SPRINGLS__TRY(springls__attributes_after_fill(ctx, before));
+    facing = springls__facing_values(body);
+    for (i = 0; i < count; i++) facing[before + i] = (float)added[i].facing;
+    return SPRINGLS_OK;
+}
+
+/* Gives each body the springls that its walls miss; *mirrored counts them. */
+SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, const char *call, int *mirrored)
+{
+    int springls, to, from, count;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
+    for (to = 0; to < tiling->count; to++) {
+        springls__tiling_body *body = &tiling->body[to];
+        const int before = body->ctx->model.set.count;
+        springls_status status = springls__read_cell_list(body->ctx);
+        for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
+            if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
+                SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
+        if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
+        *mirrored += body->ctx->model.set.count - before;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
+/* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it
+   was. */
+
+enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBTFUL = 64 }; /* DOUBTFUL: voxels; fewer may be none */
+
+/* ---- forces ---- */
+
+/* What the callbacks of a body's model get: whose they are. */
+typedef struct springls__tiling_push {
+    const springls_tiling_step_desc *desc;
+    const springls__tiling_body *body;
+    const springls_tiling *tiling;
+} springls__tiling_push;
+
+/* The callback that is asked, and how many floats it answers a point. */
+typedef struct springls__tiling_ask { springls_tiling_fn fn; int width; } springls__tiling_ask;
+
+/* Asks the user's callback about part of a batch, at most SPRINGLS__TILING_BLOCK points from `first` on. Normals point away from the
+   label: those of the model of label 0 point into it. */
+SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls__tiling_ask ask, const springls_batch *given, int first,
+                                     int count, float *out)
+{
+    const float *facing = springls__facing_values(push->body);
+    int32_t labels[SPRINGLS__TILING_BLOCK];
+    float normals[3 * SPRINGLS__TILING_BLOCK];
+    springls_tiling_batch batch;
+    int i;
+    for (i = 0; i < count; i++) labels[i] = facing ? (int32_t)facing[given->springls[first + i]] : SPRINGLS__NO_LABEL;
+    for (i = 0; i < 3 * count; i++) normals[i] = push->body->sign * given->normals[3 * first + i];
+    batch.label = push->body->label;
+    batch.facing = labels;
+    batch.batch = *given;
+    batch.batch.count = count;
+    batch.batch.points = given->points + 3 * first;
+    batch.batch.normals = normals;
+    batch.batch.correspondences = given->correspondences + 3 * first;
+    batch.batch.springls = given->springls + first;
+    batch.batch.ids = given->ids + first;
+    (ask.fn)(push->desc->user, &batch, out + ask.width * first);
+}
+
+SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tiling_fn fn, int width, const springls_batch *given,
+                                float *out)
+{
+    springls__tiling_ask ask;
+    int first;
+    ask.fn = fn;
+    ask.width = width;
+    for (first = 0; first < given->count; first += SPRINGLS__TILING_BLOCK)
+        springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
+}
+
+/* Returns whether walls move by surface tension, or to hold volumes. */
+SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
+{
+    return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
+}
+
+/* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
+SPRINGLS__FN void springls__add_film_velocity(const springls__tiling_push *push, const springls_batch *given, float *out)
+{
+    const float *facing = springls__facing_values(push->body);
+    int i, k;
+    for (i = 0; i < given->count; i++) {
+        const int32_t faced = facing ? (int32_t)facing[given->springls[i]] : SPRINGLS__NO_LABEL;
+        const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, faced, springls__load3(given->points + 3 * i));
+        for (k = 0; k < 3; k++) out[3 * i + k] += (&v.x)[k];
+    }
+}
+
+SPRINGLS__FN void springls__tiling_velocity(void *user, const springls_batch *given, float *out)
+{
+    const springls__tiling_push *push = (const springls__tiling_push *)user;
+    memset(out, 0, 3 * (size_t)given->count * sizeof *out);
+    if (push->desc->velocity) springls__ask(push, push->desc->velocity, 3, given, out);
+    if (springls__has_films(push->desc)) springls__add_film_velocity(push, given, out);
+}
+
+SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *given, float *out)
+{
+    const springls__tiling_push *push = (const springls__tiling_push *)user;
+    int i;
+    springls__ask(push, push->desc->pressure, 1, given, out);
+    for (i = 0; i < given->count; i++) out[i] *= push->body->sign;
+}
+
+/* ---- as it was ---- */
+
+/* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
+SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    springls_context *ctx = body->ctx;
+    const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
+    springls__snapshot_state state;
+    springls__layout layout;
+    springls__table tables[2];
+    size_t size;
+    (void)tiling, (void)arg;
+    body->backup_size = 0;
+    SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
+    SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
+    springls__tables_of_block(ctx, &state, &layout, (const char *)body->backup.data, tables);
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &state, tables));
+    body->backup_size = size;
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the models as they were, where they have been kept. */
+SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        springls_status status = SPRINGLS_OK;
+        if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
+        SPRINGLS_ASSERT(status == SPRINGLS_OK);
+        (void)status;
+        body->backup_size = 0;
+    }
+}
+
+/* ---- the step ---- */
+
+SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
+    springls__tiling_push push;
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
+    push.tiling = tiling;
+    push.desc = desc;
+    push.body = body;
+    forces.user = &push;
+    if (desc->velocity || springls__has_films(desc)) forces.velocity_batch = springls__tiling_velocity;
+    if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
+    forces.integrator = desc->integrator;
+    step.forces = desc->dt > 0.0f ? &forces : NULL;
+    step.dt = desc->dt;
+    step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
+    return springls_step(body->ctx, &step);
+}
+
+/* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
+SPRINGLS__FN bool springls__has_voxel(const springls_tiling *tiling, int own, float phi, const int at[3])
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        const float other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        if (i != own && (i < own ? other <= phi : other < phi)) return false;
+    }
+    return true;
+}
+
+/* Returns how many voxels have the label of body `own` by phi, at most SPRINGLS__DOUBTFUL. */
+SPRINGLS__FN int springls__count_voxels(const springls_tiling *tiling, int own)
+{
+    const springls__grid *g = &tiling->body[own].ctx->model.grid;
+    const int entries = (int)springls__entry_count(g);
+    int e, v, o[3], at[3], count = 0;
+    for (e = 0; e < entries; e++) {
+        const float *phi = g->phi + (size_t)g->top[e] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[e] == SPRINGLS__OUTSIDE) continue;
+        springls__entry_origin(g, e, o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            if (phi[v] >= 0.0f) continue;
+            springls__voxel_of_brick(o, v, at);
+            if (!springls__grid_contains(g, at[0], at[1], at[2]) || !springls__has_voxel(tiling, own, phi[v], at)) continue;
+            if (++count == SPRINGLS__DOUBTFUL) return count;
+        }
+    }
+    return count;
+}
+
+/* Returns whether no voxel has the label of a body any more. Where that is in doubt, phi of it and of those around it is made to agree
+   with the springls for the answer. */
+SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, const char *call, int own, bool *vanished)
+{
+    springls_status status;
+    int i, springls;
+    *vanished = tiling->body[own].ctx->model.set.count == 0;
+    if (*vanished || springls__count_voxels(tiling, own) == SPRINGLS__DOUBTFUL) return SPRINGLS_OK;
+    status = springls__look_at_bodies(tiling, call, &springls);
+    for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
+        if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
+        status = springls__begin_reading(tiling->body[i].ctx);
+        if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
+    for (i = 0; i < tiling->count; i++) springls__end_reading(tiling->body[i].ctx);
+    return status;
+}
+
+/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
+SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
+{
+    int i, k;
+    for (i = tiling->count - 1; i > 0; i--) {
+        const springls__tiling_body body = tiling->body[i];
+        bool vanished;
+        SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
+        if (!vanished) continue;
+        tiling->count--;
+        for (k = i; k < tiling->count; k++) tiling->body[k] = tiling->body[k + 1];
+        tiling->body[k] = body;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Frees the bodies that have been set aside, `count` with them, and lists their labels; there is room for them. Nothing faces them from
+   now on. */
+SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, springls_tiling_report *report)
+{
+    int32_t *vanished = (int32_t *)tiling->vanished.data;
+    int i, k;
+    if (count == tiling->count) return;
+    report->vanished = vanished;
+    for (i = tiling->count; i < count; i++) {
+        vanished[report->vanished_count++] = tiling->body[i].label;
+        springls__body_free(&tiling->body[i]);
+    }
+    for (i = 0; i < tiling->count; i++) {
+        float *facing = springls__facing_values(&tiling->body[i]);
+        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
+            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
+    }
+}
+
+/* Sums up the gaps of all springls that have a sheet before them. */
+SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_tiling_report *report)
+{
+    const springls__tiling_body *last = &tiling->body[tiling->count - 1];
+    const int springls = last->first + last->ctx->model.set.count;
+    const float *gap = (const float *)tiling->gap.data;
+    double sum = 0.0, sum2 = 0.0;
+    int i, found = 0;
+    for (i = 0; i < springls; i++) {
+        if (gap[i] == FLT_MAX) continue;
+        found++;
+        sum += fabs((double)gap[i]);
+        sum2 += (double)gap[i] * (double)gap[i];
+        report->largest_gap = springls__max(report->largest_gap, springls__fabs(gap[i]));
+    }
+    if (found) {
+        report->mean_gap = (float)(sum / (double)found);
+        report->rms_gap = (float)sqrt(sum2 / (double)found);
+    }
+    report->faced = found;
+}
+
+/* Returns whether sheets are looked at in this step: in a flow that all labels share they come apart slowly. */
+SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const uint32_t usual = desc->pressure || desc->dt == 0.0f ? 1u : (uint32_t)SPRINGLS__MIRROR_PERIOD;
+    const uint32_t period = desc->wall_period > 0 ? (uint32_t)desc->wall_period : usual;
+    return tiling->steps % period == 0;
+}
+
+/* Does the work on a checked description. On failure models are left as they are. */
+SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                       springls_tiling_report *report)
+{
+    const char *call = "tiling_step";
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    SPRINGLS__TRY(springls__find_facing(tiling, call));
+    if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
+    tiling->steps++;
+    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+    if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call));
+    springls__report_gaps(tiling, report);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const char *call = "tiling_step";
+    if (!desc) return springls__fail_null(tiling->host, call, "the description");
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
+    if (desc->wall_period < 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
+    SPRINGLS__TRY(springls__check_held(tiling, call, desc));
+    if (springls__has_films(desc)) SPRINGLS__TRY(springls__check_voxels(tiling, call));
+    if (springls_tiling_count(tiling) == 0)
+        return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                  springls_tiling_report *report)
+{
+    springls_tiling_report own;
+    springls_status status;
+    uint32_t steps;
+    bool facing_known;
+    int count, i;
+    if (!report) report = &own;
+    memset(report, 0, sizeof *report);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
+    count = tiling->count;
+    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
+    steps = tiling->steps;
+    facing_known = tiling->facing_known;
+    status = springls__run_tiling_step(tiling, desc, report);
+    springls__free_films(tiling);
+    if (status == SPRINGLS_OK) {
+        springls__drop_vanished(tiling, count, report);
+        if (springls__has_films(desc)) springls__give_held(tiling, desc);
+        return SPRINGLS_OK;
+    }
+    memset(report, 0, sizeof *report);
+    tiling->count = count;
+    springls__sort_bodies(tiling->body, count);
+    springls__go_back(tiling);
+    tiling->steps = steps;
+    tiling->facing_known = facing_known;
+    return status;
+}
+
+SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
+{
+    springls_tiling_step_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.max_displacement = 2.0f;
+    return desc;
+}
+
+/* Finds what the springls of a body face, before a step does, and leaves the tiling as it is. */
+SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int number, float *facing)
+{
+    springls__sheets_job job;
+    int springls;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, "tiling_facing", &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    memset(&job, 0, sizeof job);
+    job.tiling = tiling;
+    job.own = number;
+    job.facing = facing;
+    job.gap = (float *)tiling->gap.data;
+    springls__parallel(tiling->host, springls_count(tiling->body[number].ctx), 64, springls__sheets_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
+{
+    const float *facing;
+    springls__buffer ahead;
+    springls_status status = SPRINGLS_OK;
+    int i, number, count;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    number = springls__body_number(tiling, label);
+    if (number < 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_facing: there is no body of label %ld", (long)label);
+    count = springls_count(tiling->body[number].ctx);
+    if (!out && count) return springls__fail_null(tiling->host, "tiling_facing", "out");
+    memset(&ahead, 0, sizeof ahead);
+    facing = springls__facing_values(&tiling->body[number]);
+    if (!springls__facing_is_known(tiling)) {
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &ahead, (size_t)count + 1, sizeof(float), 0));
+        status = springls__look_ahead(tiling, number, (float *)ahead.data);
+        facing = (const float *)ahead.data;
+    }
+    for (i = 0; status == SPRINGLS_OK && i < count; i++) out[i] = (int32_t)facing[i];
+    springls__buffer_free(tiling->host, &ahead);
+    return status;
 }
 
 #if defined(SPRINGLS__FLOAT_CONTROL)

@@ -1108,12 +1108,28 @@ typedef struct springls_tiling_batch {
    same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
 typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
 
+/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step. */
+typedef struct springls_tiling_hold {
+    int32_t label;
+    double target;                   /* world units; 0: what the body has when the step begins, which is written here  */
+    double volume;                   /* written: what the body had when the step began, by the walls of the tiling     */
+    double pressure;                 /* written: above that of label 0                                                */
+    double drift;                    /* written: what steps are to gain beyond the target, as they lose it always     */
+} springls_tiling_hold;
+
+/* Returns by how much the surface tension of the wall between two labels, the lower first, exceeds that of the description: a factor of 0
+   or more. */
+typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
+
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
-    void *user;                      /* handed to both                                                               */
-    float curvature_weight;          /* surface tension, alike on all walls; as springls_forces.curvature_weight     */
+    void *user;                      /* handed to all of them                                                        */
+    float tension;                   /* surface tension: walls move by it times their mean curvature                 */
+    springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
+    springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
+    int held_count;
     springls_integrator integrator;
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
@@ -1137,8 +1153,9 @@ typedef struct springls_tiling_report {
 
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
-   than .9 voxel nearer. report: may be NULL. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too,
-   the tiling is as before the step. */
+   than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
+   that. report: may be NULL. INVALID_ARGUMENT: also a tension below 0, or a target; a label that cannot be held. NON_FINITE: from a
+   callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 

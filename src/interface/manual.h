@@ -524,9 +524,13 @@
      vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
-   Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. With the pressure
-   p[label] - p[facing], where p is such that volumes stay, and curvature_weight bodies become bubbles. Two sheets are twice as many
+   Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. Two sheets are twice as many
    springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
+
+   With tension the walls become films: the vertices of their mesh go down the slope of tension times area, so that within a wall they move
+   by its mean curvature, and lines where walls meet by the pull of all of them; tension_of gives each pair of labels its own. held keeps
+   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
+   make the mesh anew in every step. A dt of 0.5 / tension is stable.
 
    springls_tiling_snapshot writes all bodies as one block, which springls_tiling_restore reads.
 

@@ -14,6 +14,9 @@
 
 enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
 
+/* The volume of a body, and what holds it (films.h), world units; target 0: nothing does. */
+typedef struct springls__held { double target, drift, volume, pressure, missing, way, product; bool is_given; } springls__held;
+
 /* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
@@ -24,6 +27,7 @@ typedef struct springls__tiling_body {
     size_t backup_size;
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
+    springls__held held;
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;
 
@@ -33,6 +37,8 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
+    springls__buffer films, film_memory[3]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
 };
@@ -196,6 +202,7 @@ SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, s
 SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
 {
     springls_context *host = tiling ? tiling->host : NULL;
+    int i;
     if (!tiling) return;
     springls__bodies_free(host, &tiling->bodies, tiling->count);
     springls__buffer_free(host, &tiling->shift);
@@ -203,6 +210,8 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->flag);
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
+    springls__buffer_free(host, &tiling->films);
+    for (i = 0; i < 3; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
 }

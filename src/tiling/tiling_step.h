@@ -5,6 +5,7 @@
 
 #include "../output/restore.h"
 #include "../solver/step.h"
+#include "films.h"
 #include "mirror.h"
 #include "sheets.h"
 
@@ -16,6 +17,7 @@ enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBT
 typedef struct springls__tiling_push {
     const springls_tiling_step_desc *desc;
     const springls__tiling_body *body;
+    const springls_tiling *tiling;
 } springls__tiling_push;
 
 /* The callback that is asked, and how many floats it answers a point. */
@@ -56,10 +58,30 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
+/* Returns whether walls move by surface tension, or to hold volumes. */
+SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
+{
+    return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
+}
+
+/* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
+SPRINGLS__FN void springls__add_film_velocity(const springls__tiling_push *push, const springls_batch *given, float *out)
+{
+    const float *facing = springls__facing_values(push->body);
+    int i, k;
+    for (i = 0; i < given->count; i++) {
+        const int32_t faced = facing ? (int32_t)facing[given->springls[i]] : SPRINGLS__NO_LABEL;
+        const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, faced, springls__load3(given->points + 3 * i));
+        for (k = 0; k < 3; k++) out[3 * i + k] += (&v.x)[k];
+    }
+}
+
 SPRINGLS__FN void springls__tiling_velocity(void *user, const springls_batch *given, float *out)
 {
     const springls__tiling_push *push = (const springls__tiling_push *)user;
-    springls__ask(push, push->desc->velocity, 3, given, out);
+    memset(out, 0, 3 * (size_t)given->count * sizeof *out);
+    if (push->desc->velocity) springls__ask(push, push->desc->velocity, 3, given, out);
+    if (springls__has_films(push->desc)) springls__add_film_velocity(push, given, out);
 }
 
 SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *given, float *out)
@@ -115,14 +137,13 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     springls__tiling_push push;
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
-    (void)tiling;
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
+    push.tiling = tiling;
     push.desc = desc;
     push.body = body;
     forces.user = &push;
-    if (desc->velocity) forces.velocity_batch = springls__tiling_velocity;
+    if (desc->velocity || springls__has_films(desc)) forces.velocity_batch = springls__tiling_velocity;
     if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
-    forces.curvature_weight = desc->curvature_weight;
     forces.integrator = desc->integrator;
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
@@ -241,7 +262,7 @@ SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_
 /* Returns whether sheets are looked at in this step: in a flow that all labels share they come apart slowly. */
 SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    const uint32_t usual = desc->pressure || desc->curvature_weight != 0.0f || desc->dt == 0.0f ? 1u : (uint32_t)SPRINGLS__MIRROR_PERIOD;
+    const uint32_t usual = desc->pressure || desc->dt == 0.0f ? 1u : (uint32_t)SPRINGLS__MIRROR_PERIOD;
     const uint32_t period = desc->wall_period > 0 ? (uint32_t)desc->wall_period : usual;
     return tiling->steps % period == 0;
 }
@@ -253,6 +274,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     const char *call = "tiling_step";
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
+    if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
     SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
@@ -271,6 +293,8 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
     if (desc->wall_period < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
+    SPRINGLS__TRY(springls__check_held(tiling, call, desc));
+    if (springls__has_films(desc)) SPRINGLS__TRY(springls__check_voxels(tiling, call));
     if (springls_tiling_count(tiling) == 0)
         return springls__fail(tiling->host, SPRINGLS_EMPTY_MODEL, "%s: the tiling has no bodies", call);
     return SPRINGLS_OK;
@@ -294,8 +318,10 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     steps = tiling->steps;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
+    springls__free_films(tiling);
     if (status == SPRINGLS_OK) {
         springls__drop_vanished(tiling, count, report);
+        if (springls__has_films(desc)) springls__give_held(tiling, desc);
         return SPRINGLS_OK;
     }
     memset(report, 0, sizeof *report);

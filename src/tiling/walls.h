@@ -231,7 +231,7 @@ SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_w
     for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
         for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
             for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
-                for (axis = 0; axis < 3; axis++) {
+                for (axis = 0; axis < 3 && springls__vertex_at(job, at) >= 0; axis++) {
                     if (walls->triangle_count > INT32_MAX - 2 || walls->edge_count == INT32_MAX) return false;
                     springls__add_quad(job, at, axis, walls);
                     springls__add_wall_edge(job, at, axis, walls);

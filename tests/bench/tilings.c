@@ -1,5 +1,5 @@
-/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that costs beside one model, and
-   a hundred balls that grow until they meet. Writes a page of Markdown. One thread; times are the processor's. */
+/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that costs beside one model,
+   double bubbles, and a hundred balls that grow until they meet. Writes a page of Markdown. One thread; times are the processor's. */
 #include "springls.h"
 
 #include "examples/common/springls/exact_flows.h"
@@ -123,7 +123,7 @@ static errors errors_of(const springls_walls *walls, int lines, int one, int oth
 /* ---- two half-balls in LeVeque's flow ---- */
 
 /* The ball, cut by a plane askew to the grid; side 0: whole. */
-typedef struct cut_ball { double center[3], radius, normal[3], across[3], up[3]; int side; } cut_ball;
+typedef struct cut_ball { double center[3], radius, offset, normal[3], across[3], up[3]; int side; } cut_ball;
 
 static void cut_ball_distance(void *user, const float *points, int count, float *out)
 {
@@ -133,7 +133,7 @@ static void cut_ball_distance(void *user, const float *points, int count, float 
         double d[3], v, h;
         for (k = 0; k < 3; k++) d[k] = (double)points[3 * i + k] - ball->center[k];
         v = sqrt(dot(d, d)) - ball->radius;
-        h = (double)ball->side * dot(d, ball->normal);
+        h = (double)ball->side * (dot(d, ball->normal) - ball->offset);
         out[i] = (float)(ball->side && h > v ? h : v);
     }
 }
@@ -294,6 +294,123 @@ static double half_balls(FILE *file, int grid, double period, int steps)
     return taken;
 }
 
+/* ---- double bubbles ---- */
+
+/* Fits a sphere to points in least squares; returns its radius. */
+static double fit_sphere(const double *points, int count, double center[3])
+{
+    double m[4][5] = { { 0.0 } }, q[3];
+    int i, k, a, b;
+    for (i = 0; i < count; i++) {
+        double row[4], y;
+        difference(points + 3 * i, points, q);
+        for (k = 0; k < 3; k++) row[k] = 2.0 * q[k];
+        row[3] = 1.0;
+        y = dot(q, q);
+        for (a = 0; a < 4; a++) {
+            for (b = 0; b < 4; b++) m[a][b] += row[a] * row[b];
+            m[a][4] += row[a] * y;
+        }
+    }
+    for (k = 0; k < 4; k++)
+        for (a = 0; a < 4; a++) {
+            const double f = m[a][k] / m[k][k];
+            for (b = k; b < 5 && a != k; b++) m[a][b] -= f * m[k][b];
+        }
+    for (k = 0; k < 3; k++) {
+        q[k] = m[k][4] / m[k][k];
+        center[k] = q[k] + points[k];
+    }
+    return sqrt(m[3][4] / m[3][3] + dot(q, q));
+}
+
+/* Lists the corners of the triangles between two labels, those within two voxels of an edge left out. */
+static int points_of_wall(const springls_walls *walls, int one, int other, double *out)
+{
+    int i, j, k, count = 0;
+    for (i = 0; i < walls->triangle_count; i++) {
+        if (!(walls->labels[2 * i] == one && walls->labels[2 * i + 1] == other)
+            && !(walls->labels[2 * i] == other && walls->labels[2 * i + 1] == one)) continue;
+        for (j = 0; j < 3; j++) {
+            double p[3], q[3], d[3];
+            corner_of(walls, walls->triangles[3 * i + j], p);
+            for (k = 0; k < walls->edge_count; k++) {
+                corner_of(walls, walls->edges[2 * k], q);
+                difference(p, q, d);
+                if (dot(d, d) < 4.0) break;
+            }
+            if (k < walls->edge_count || count == MOST_POINTS) continue;
+            memcpy(out + 3 * count++, p, sizeof p);
+        }
+    }
+    return count;
+}
+
+/* Measures of a double bubble, summed over several looks. */
+typedef struct bubble { double angle, radius[3], volume[2], pressure[2]; } bubble;
+
+static void add_bubble(springls_tiling *tiling, const springls_tiling_hold *held, bubble *sum)
+{
+    static double points[3 * MOST_POINTS];
+    const double degree = 57.295779513082320877;
+    double center[2][3], d[3], radius[3];
+    springls_walls walls;
+    int i;
+    check(springls_tiling_extract(tiling, &walls), tiling);
+    for (i = 0; i < 2; i++) radius[i] = fit_sphere(points, points_of_wall(&walls, 0, i + 1, points), center[i]);
+    radius[2] = fit_sphere(points, points_of_wall(&walls, 1, 2, points), d);
+    difference(center[0], center[1], d);
+    sum->angle += 180.0 - degree * acos((radius[0] * radius[0] + radius[1] * radius[1] - dot(d, d)) / (2.0 * radius[0] * radius[1]));
+    for (i = 0; i < 3; i++) sum->radius[i] += radius[i];
+    for (i = 0; i < 2; i++) sum->volume[i] += held[i].volume;
+    for (i = 0; i < 2; i++) sum->pressure[i] += held[i].pressure;
+    springls_walls_free(tiling, &walls);
+}
+
+/* A ball cut in two by a plane at an offset from its center relaxes. */
+static void double_bubble(FILE *file, double offset)
+{
+    enum { GRID = 40, STEPS = 400, LOOKS = 10 };
+    cut_ball ball = cut_ball_of(GRID), part[2];
+    springls_desc desc = springls_default_desc();
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[2];
+    springls_tiling *tiling;
+    bubble b;
+    double begin = seconds();
+    int i, k;
+    ball.radius = 9.0;
+    for (k = 0; k < 3; k++) desc.grid.size[k] = GRID;
+    for (k = 0; k < 3; k++) ball.center[k] = 0.5 * (double)GRID + 0.1 * (double)k;
+    memset(held, 0, sizeof held);
+    memset(&b, 0, sizeof b);
+    check(springls_tiling_create(&desc, &tiling), NULL);
+    for (i = 0; i < 2; i++) {
+        part[i] = ball;
+        part[i].side = i ? -1 : 1;
+        part[i].offset = offset;
+        held[i].label = i + 1;
+        check(springls_tiling_add_implicit(tiling, i + 1, cut_ball_distance, &part[i]), tiling);
+    }
+    step.tension = 1.0f;
+    step.held = held;
+    step.held_count = 2;
+    step.integrator = SPRINGLS_INTEGRATOR_EULER;
+    step.dt = 0.5f;
+    for (i = 0; i < STEPS; i++) {
+        check(springls_tiling_step(tiling, &step, NULL), tiling);
+        if (i >= STEPS - 10 * LOOKS && i % 10 == 9) add_bubble(tiling, held, &b);
+    }
+    for (i = 0; i < 3; i++) b.radius[i] /= (double)LOOKS;
+    fprintf(file, "| %.0f : %.0f | %.2f | %.3f, %.3f |", held[0].target, held[1].target, b.angle / (double)LOOKS, b.radius[0], b.radius[1]);
+    if (offset == 0.0) fprintf(file, " %.3f | flat |", cbrt(held[0].target * 8.0 / (9.0 * 3.14159265358979323846)));
+    else fprintf(file, " - | %.2f, by the others %.2f |", b.radius[2], 1.0 / (1.0 / b.radius[1] - 1.0 / b.radius[0]));
+    fprintf(file, " %+.3f, %+.3f | %.4f, %.4f | %.4f, %.4f | %.1f |\n", 100.0 * (b.volume[0] / (double)LOOKS / held[0].target - 1.0),
+            100.0 * (b.volume[1] / (double)LOOKS / held[1].target - 1.0), b.pressure[0] / (double)LOOKS, b.pressure[1] / (double)LOOKS,
+            2.0 / b.radius[0], 2.0 / b.radius[1], seconds() - begin);
+    springls_tiling_destroy(tiling);
+}
+
 /* ---- a hundred balls ---- */
 
 static springls_sphere balls[BALLS];
@@ -410,6 +527,12 @@ int main(int argc, char **argv)
     fprintf(file, "\n## What it costs\n\nSeconds of one processor for the same flow: the tiling of two bodies, and one model of the whole ball.\n"
             "\n| Grid | Two bodies | One model | Ratio |\n|---|---|---|---|\n");
     for (i = 0; i < 2; i++) fprintf(file, "| %d | %.2f | %.2f | %.1f |\n", i ? 96 : 64, two[i], one[i], two[i] / one[i]);
+    fprintf(file, "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
+            "with both volumes held; means over the last 100. The angle where\nthe walls meet is that between spheres that fit the two outer walls; the third wall's "
+            "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
+            "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | Pressures | 2 / R | Seconds |\n|---|---|---|---|---|---|---|---|---|\n");
+    double_bubble(file, 0.0);
+    double_bubble(file, 3.0);
     fprintf(file, "\n## A hundred balls\n\nBalls of 2.5 to 3.5 voxels grow by a quarter of a voxel a step for 40 steps, on a grid of 96^3, where they face "
             "label 0, until they\nfill the space between them. The truth is the ball whose surface is nearest.\n\n"
             "| Balls | Alive | Voxels of the right ball, %% | Set, s | Steps, s | Extract, s | Triangles | MiB |\n|---|---|---|---|---|---|---|---|\n");

@@ -367,6 +367,96 @@ TEST bodies_meet(void)
     PASS();
 }
 
+/* ---- surface tension and volumes that are held ---- */
+
+static float stronger_inside(void *user, int32_t low, int32_t high)
+{
+    const float *factor = (const float *)user;
+    return low == 4 && high == 9 ? *factor : 1.0f;
+}
+
+static double area_of(const springls_tiling *tiling, bool inside)
+{
+    springls_walls walls;
+    double area = 0.0;
+    int i, k;
+    if (springls_tiling_extract((springls_tiling *)(uintptr_t)tiling, &walls) != SPRINGLS_OK) return 0.0;
+    for (i = 0; i < walls.triangle_count; i++) {
+        d3 p[3];
+        if (inside != (walls.labels[2 * i] != 0 && walls.labels[2 * i + 1] != 0)) continue;
+        for (k = 0; k < 3; k++) {
+            const float *x = walls.positions + 3 * walls.triangles[3 * i + k];
+            p[k] = d3_make((double)x[0], (double)x[1], (double)x[2]);
+        }
+        area += 0.5 * d3_length(d3_cross(d3_sub(p[1], p[0]), d3_sub(p[2], p[0])));
+    }
+    springls_walls_free((springls_tiling *)(uintptr_t)tiling, &walls);
+    return area;
+}
+
+/* Two halves of a ball become a double bubble: their volumes stay, areas fall, pressures are those of Laplace's law, 2 / R. A stronger
+   tension of the wall between them makes it smaller. A third body that is held is not there. */
+TEST bubbles_keep_their_volumes(float factor)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[3];
+    double before, inside;
+    int i;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    memset(held, 0, sizeof held);
+    held[0].label = 9;
+    held[1].label = 4;
+    held[2].label = 5;
+    inside = area_of(tiling, true);
+    before = area_of(tiling, false) + (double)factor * inside;
+    step.tension = 1.0f;
+    step.tension_of = stronger_inside;
+    step.user = &factor;
+    step.held = held;
+    step.held_count = 3;
+    step.integrator = SPRINGLS_INTEGRATOR_EULER;
+    step.dt = 0.5f;
+    for (i = 0; i < 16; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    if (GREATEST_IS_VERBOSE())
+        printf("  volumes %.2f %.2f of %.2f %.2f, pressures %.4f %.4f, areas %.1f (%.1f) of %.1f (%.1f)\n", held[0].volume, held[1].volume,
+               held[0].target, held[1].target, held[0].pressure, held[1].pressure, area_of(tiling, false), area_of(tiling, true), before,
+               inside);
+    for (i = 0; i < 2; i++) {
+        ASSERT_IN_RANGE(718.4, held[i].target, 3.0);
+        ASSERT_IN_RANGE(held[i].target, held[i].volume, 0.0015 * held[i].target);
+        ASSERT_IN_RANGE(factor > 1.0f ? 0.36 : 0.33, held[i].pressure, 0.03);
+    }
+    ASSERT(held[2].volume == 0.0 && held[2].pressure == 0.0 && held[2].target == 0.0);
+    ASSERT_LT(area_of(tiling, false) + (double)factor * area_of(tiling, true), 0.985 * before);
+    ASSERT_LT(area_of(tiling, true), (factor > 1.0f ? 0.84 : 0.89) * inside);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body grows to a target that the caller sets, and its neighbour makes room. */
+TEST targets_are_reached(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[2];
+    int i;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    memset(held, 0, sizeof held);
+    held[0].label = 4;
+    held[0].target = 760.0;
+    held[1].label = 9;
+    step.held = held;
+    step.held_count = 2;
+    step.dt = 0.5f;
+    for (i = 0; i < 4; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    if (GREATEST_IS_VERBOSE()) printf("  %.2f %.2f\n", held[0].volume, held[1].volume);
+    ASSERT_IN_RANGE(760.0, held[0].volume, 2.0);
+    ASSERT_IN_RANGE(held[1].target, held[1].volume, 2.0);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* Shrinks label 2, and lets label 1 be. */
 static void shrink_second(void *user, const springls_tiling_batch *batch, float *out)
 {
@@ -871,6 +961,7 @@ TEST wrong_calls_are_refused(void)
     springls_tiling *tiling;
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
     springls_tiling_measures measures[3];
+    springls_tiling_hold hold;
     float point[3] = { 3.0f, 3.0f, 3.0f };
     uint64_t before;
     desc.backend = NULL;
@@ -913,6 +1004,20 @@ TEST wrong_calls_are_refused(void)
     step.wall_period = -1;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
     step.wall_period = 1;
+    step.tension = -1.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    step.tension = 0.0f;
+    step.held_count = 1;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    memset(&hold, 0, sizeof hold);
+    step.held = &hold;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "label 0"));
+    hold.label = 70;
+    hold.target = -1.0;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "label 70"));
+    step.held_count = 0;
     ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
     before = springls_tiling_state_hash(tiling);
     step.velocity = not_a_number;
@@ -952,9 +1057,15 @@ static springls_status call_of(springls_tiling *tiling, int call)
     springls_status status;
     float point[3] = { 12.0f, 12.0f, 12.0f };
     part ball = part_at(18.9f, 18.7f, 18.8f, 2.5f, 0);
+    springls_tiling_hold hold;
+    memset(&hold, 0, sizeof hold);
+    hold.label = 70;
     step.velocity = swirl;
     step.dt = 1.0f;
     step.wall_period = 1;
+    step.tension = 0.1f;
+    step.held = &hold;
+    step.held_count = call == CALL_first_step;
     switch (call) {
     case CALL_tiling_set_labels: three_labels(labels, BALL, 3.6f); return springls_tiling_set_labels(tiling, labels, 1);
     case CALL_tiling_add_implicit: return springls_tiling_add_implicit(tiling, 12, part_of_ball, &ball);
@@ -1039,6 +1150,9 @@ int main(int argc, char **argv)
     RUN_TESTp(walls_meet_in_edges, 2);
     RUN_TEST(walls_stay_closed);
     RUN_TEST(bodies_meet);
+    RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
+    RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
+    RUN_TEST(targets_are_reached);
     RUN_TEST(bodies_vanish);
     RUN_TESTp(walls_vanish, 1);
     RUN_TESTp(walls_vanish, 8);

@@ -1,0 +1,324 @@
+/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface tension
+   times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
+   curvature, and where walls meet it is the pull of all of them, so that they come to rest at the angles of Plateau's and Neumann's laws.
+
+   With the force F_v, the area m_v that belongs to vertex v, and the slope g_iv of the volume of body i, vertices move with
+
+       u_v = (F_v + sum over i of p_i g_iv) / m_v
+
+   where the pressures p_i are the Lagrange multipliers of the volumes that are held: sum over v of g_iv u_v is what body i lacks, over dt.
+   What springls lose on their way, always alike, is aimed for in addition (drift).
+   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike. */
+#ifndef SPRINGLS__TILING_FILMS_H
+#define SPRINGLS__TILING_FILMS_H
+
+#include "walls.h"
+
+enum { SPRINGLS__FILM_LABELS = 6 }; /* a vertex: more are passed over */
+
+/* A vertex of the walls: what pulls it, a step of the solver, what belongs to it, and its labels, -1 behind the last. World units. */
+typedef struct springls__film {
+    double force[3], along[3], mass;
+    springls__v3 place, velocity; /* voxels                                                                            */
+    int32_t label[SPRINGLS__FILM_LABELS];
+} springls__film;
+
+#define SPRINGLS__FILM_REACH 1.5f /* voxels: from a springl to the vertices that it follows */
+
+/* Finds the normal of a triangle of the walls, as long as twice its area, and its corners. */
+SPRINGLS__FN void springls__film_triangle(const springls_walls *walls, int triangle, double corner[3][3], double normal[3])
+{
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            corner[i][k] = (double)walls->positions[3 * (size_t)walls->triangles[3 * (size_t)triangle + (size_t)i] + (size_t)k];
+    for (k = 0; k < 3; k++) {
+        const int u = (k + 1) % 3, v = (k + 2) % 3;
+        normal[k] = (corner[1][u] - corner[0][u]) * (corner[2][v] - corner[0][v])
+                  - (corner[1][v] - corner[0][v]) * (corner[2][u] - corner[0][u]);
+    }
+}
+
+SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__FILM_LABELS; i++) {
+        if (film->label[i] == label) return;
+        if (film->label[i] != SPRINGLS__NO_LABEL) continue;
+        film->label[i] = label;
+        return;
+    }
+}
+
+/* Returns the surface tension of a wall. */
+SPRINGLS__FN double springls__tension_of(const springls_tiling_step_desc *desc, const int32_t labels[2])
+{
+    const int low = labels[0] > labels[1];
+    double tension = (double)desc->tension;
+    if (desc->tension_of) tension *= (double)(desc->tension_of)(desc->user, labels[low], labels[!low]);
+    return tension;
+}
+
+/* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
+SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_tiling_step_desc *desc, int triangle)
+{
+    const springls_walls *walls = &tiling->walls;
+    const int32_t *labels = walls->labels + 2 * (size_t)triangle;
+    springls__film *films = (springls__film *)tiling->films.data;
+    double corner[3][3], n[3], area2, tension, volume = 0.0;
+    int i, k;
+    springls__film_triangle(walls, triangle, corner, n);
+    area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    tension = area2 > 0.0 ? springls__tension_of(desc, labels) / area2 : 0.0;
+    for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
+    for (i = 0; i < 3; i++) {
+        springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
+        const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+        film->mass += area2 / 6.0;
+        for (k = 0; k < 3; k++) {
+            const int u = (k + 1) % 3, v = (k + 2) % 3;
+            film->force[k] -= 0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
+        }
+        for (k = 0; k < 2; k++) springls__name_film(film, labels[k]);
+    }
+    for (k = 0; k < 2; k++) {
+        springls__tiling_body *body = &tiling->body[springls__body_number(tiling, labels[k])];
+        body->held.volume += (k ? -volume : volume) / 6.0;
+    }
+}
+
+/* ---- pressures ---- */
+
+/* Adds the slopes of volumes, each times its body's `way`, to `along` of the vertices. */
+SPRINGLS__FN void springls__push_films(const springls_tiling *tiling)
+{
+    const springls_walls *walls = &tiling->walls;
+    springls__film *films = (springls__film *)tiling->films.data;
+    double corner[3][3], n[3];
+    int t, i, k;
+    for (i = 0; i < walls->vertex_count; i++) memset(films[i].along, 0, sizeof films[i].along);
+    for (t = 0; t < walls->triangle_count; t++) {
+        const int behind = springls__body_number(tiling, walls->labels[2 * (size_t)t]);
+        const int before = springls__body_number(tiling, walls->labels[2 * (size_t)t + 1]);
+        const double push = (tiling->body[behind].held.way - tiling->body[before].held.way) / 6.0;
+        if (push == 0.0) continue;
+        springls__film_triangle(walls, t, corner, n);
+        for (i = 0; i < 3; i++)
+            for (k = 0; k < 3; k++) films[walls->triangles[3 * (size_t)t + (size_t)i]].along[k] += push * n[k];
+    }
+}
+
+/* Writes how fast each volume grows where the vertices are pushed by `along`, or by `force`, into `product`. */
+SPRINGLS__FN void springls__grow_films(const springls_tiling *tiling, bool by_force)
+{
+    const springls_walls *walls = &tiling->walls;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    double corner[3][3], n[3];
+    int t, i, k;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].held.product = 0.0;
+    for (t = 0; t < walls->triangle_count; t++) {
+        springls__tiling_body *behind = &tiling->body[springls__body_number(tiling, walls->labels[2 * (size_t)t])];
+        springls__tiling_body *before = &tiling->body[springls__body_number(tiling, walls->labels[2 * (size_t)t + 1])];
+        double growth = 0.0;
+        springls__film_triangle(walls, t, corner, n);
+        for (i = 0; i < 3; i++) {
+            const springls__film *film = &films[walls->triangles[3 * (size_t)t + (size_t)i]];
+            const double *push = by_force ? film->force : film->along;
+            for (k = 0; k < 3; k++) growth += push[k] * n[k] / (6.0 * film->mass);
+        }
+        behind->held.product += growth;
+        before->held.product -= growth;
+    }
+}
+
+/* Returns whether a body has a target, and walls that may move. */
+SPRINGLS__FN bool springls__keeps_volume(const springls__held *held) { return held->target > 0.0 && held->volume > 0.0; }
+
+/* Finds the pressures by conjugate gradients; `missing` has what each volume lacks, over dt, and is used up. */
+SPRINGLS__FN void springls__solve_pressures(const springls_tiling *tiling)
+{
+    const int rounds = 50;
+    double square = 0.0, next, along, first;
+    int i, k;
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        held->pressure = 0.0;
+        if (!springls__keeps_volume(held)) held->missing = 0.0;
+        held->way = held->missing;
+        square += held->missing * held->missing;
+    }
+    first = square;
+    for (k = 0; k < rounds && square > 1e-10 * first; k++) {
+        springls__push_films(tiling);
+        springls__grow_films(tiling, false);
+        for (i = 0, along = 0.0; i < tiling->count; i++) along += tiling->body[i].held.way * tiling->body[i].held.product;
+        if (!(along > 0.0)) break;
+        for (i = 0, next = 0.0; i < tiling->count; i++) {
+            springls__held *held = &tiling->body[i].held;
+            if (!springls__keeps_volume(held)) continue;
+            held->pressure += square / along * held->way;
+            held->missing -= square / along * held->product;
+            next += held->missing * held->missing;
+        }
+        for (i = 0; i < tiling->count; i++) {
+            springls__held *held = &tiling->body[i].held;
+            if (springls__keeps_volume(held)) held->way = held->missing + next / square * held->way;
+        }
+        square = next;
+    }
+}
+
+/* Finds the velocities of all vertices. */
+SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
+{
+    const double *to_voxel = tiling->host->window.to_voxel;
+    springls__film *films = (springls__film *)tiling->films.data;
+    int i, k;
+    springls__grow_films(tiling, true);
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        held->missing = (held->target + held->drift - held->volume) / dt - held->product;
+    }
+    springls__solve_pressures(tiling);
+    for (i = 0; i < tiling->count; i++) tiling->body[i].held.way = tiling->body[i].held.pressure;
+    springls__push_films(tiling);
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        double u[3], v[3], largest;
+        for (k = 0; k < 3; k++) u[k] = (films[i].force[k] + films[i].along[k]) / films[i].mass;
+        for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
+        largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5; /* half a voxel in a step */
+        for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
+        films[i].velocity = springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+    }
+}
+
+/* ---- the walls in a step ---- */
+
+SPRINGLS__FN void springls__free_films(springls_tiling *tiling) { springls_walls_free(tiling, &tiling->walls); }
+
+/* Takes over what is held; a label that is gone is passed over. */
+SPRINGLS__FN void springls__take_held(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    int k;
+    for (k = 0; k < tiling->count; k++) memset(&tiling->body[k].held, 0, sizeof tiling->body[k].held);
+    for (k = 0; k < desc->held_count; k++) {
+        const int i = springls__body_number(tiling, desc->held[k].label);
+        if (i < 1) continue;
+        tiling->body[i].held.is_given = true;
+        tiling->body[i].held.target = desc->held[k].target;
+        tiling->body[i].held.drift = desc->held[k].drift;
+    }
+}
+
+/* Makes the walls, and finds how fast each of their vertices moves by surface tension and pressures. */
+SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    const double spacing = (double)tiling->host->smallest_spacing, least = 0.3 * spacing * spacing;
+    springls__film *films;
+    int i, k;
+    SPRINGLS__TRY(springls__read_bodies(tiling, call));
+    memset(&tiling->walls, 0, sizeof tiling->walls);
+    SPRINGLS__TRY(springls__extract_walls(tiling, tiling->film_memory, &tiling->walls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->films, (size_t)tiling->walls.vertex_count + 1, sizeof *films, 0));
+    films = (springls__film *)tiling->films.data;
+    memset(films, 0, (size_t)tiling->walls.vertex_count * sizeof *films);
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        for (k = 0; k < SPRINGLS__FILM_LABELS; k++) films[i].label[k] = SPRINGLS__NO_LABEL;
+        films[i].place = springls__world_to_voxel(tiling->host, tiling->walls.positions + 3 * (size_t)i);
+    }
+    springls__take_held(tiling, desc);
+    for (i = 0; i < tiling->walls.triangle_count; i++) springls__add_film(tiling, desc, i);
+    for (i = 0; i < tiling->walls.vertex_count; i++)
+        if (films[i].mass < least) films[i].mass = least;
+    for (i = 0; i < tiling->count; i++) {
+        springls__held *held = &tiling->body[i].held;
+        if (held->is_given && !(held->target > 0.0)) held->target = held->volume;
+    }
+    springls__move_films(tiling, (double)desc->dt);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__FILM_LABELS; i++)
+        if (film->label[i] == label) return true;
+    return false;
+}
+
+/* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the
+   body's where that has none there. */
+SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling, int32_t own, int32_t facing, springls__v3 x)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    const int *vertex = (const int *)tiling->film_memory[1].data;
+    const float reach = SPRINGLS__FILM_REACH;
+    springls__v3 sum[2];
+    float weight[2] = { 0.0f, 0.0f };
+    int lower[3], upper[3], at[3], k;
+    memset(sum, 0, sizeof sum);
+    lower[0] = springls__imax((int)(x.x - reach), 0), upper[0] = springls__imin((int)(x.x + reach), g->size[0] - 2);
+    lower[1] = springls__imax((int)(x.y - reach), 0), upper[1] = springls__imin((int)(x.y + reach), g->size[1] - 2);
+    lower[2] = springls__imax((int)(x.z - reach), 0), upper[2] = springls__imin((int)(x.z + reach), g->size[2] - 2);
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++) {
+                const int v = vertex[springls__voxel_index(g, at[0], at[1], at[2])];
+                float near2, w;
+                if (v < 0) continue;
+                near2 = springls__length2(springls__sub(films[v].place, x)) / (reach * reach);
+                if (near2 >= 1.0f || !springls__film_has(&films[v], own)) continue;
+                w = (1.0f - near2) * (1.0f - near2);
+                for (k = 0; k < 2; k++) {
+                    if (k == 0 && !springls__film_has(&films[v], facing)) continue;
+                    sum[k] = springls__mad(sum[k], films[v].velocity, w);
+                    weight[k] += w;
+                }
+            }
+    k = weight[0] > 0.0f ? 0 : 1;
+    return weight[k] > 0.0f ? springls__scale(sum[k], 1.0f / weight[k]) : springls__v3_make(0.0f, 0.0f, 0.0f);
+}
+
+/* ---- what the caller holds ---- */
+
+/* Fails where what is to be held of a description is no body's volume. */
+SPRINGLS__FN springls_status springls__check_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    int i;
+    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "tension", (double)desc->tension));
+    if (desc->held_count < 0 || (desc->held_count > 0 && !desc->held))
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: held_count is %d, held is %s", call, desc->held_count,
+                              desc->held ? "given" : "NULL");
+    for (i = 0; i < desc->held_count; i++) {
+        const springls_tiling_hold *hold = &desc->held[i];
+        if (hold->label < 1 || hold->label > SPRINGLS__LARGEST_LABEL)
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: held number %d has label %ld: labels are 1 to %d", call, i,
+                                  (long)hold->label, (int)SPRINGLS__LARGEST_LABEL);
+        if (!springls__finite(hold->target) || hold->target < 0.0 || !springls__finite(hold->drift))
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                  "%s: label %ld is held at the volume %g with the drift %g: 0 or more, and finite", call,
+                                  (long)hold->label, hold->target, hold->drift);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Gives the caller what the step has found of what is held. */
+SPRINGLS__FN void springls__give_held(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const double learned = 0.1, largest = 0.003; /* of what is missing, in a step; of the target: more is no loss by steps */
+    int k;
+    for (k = 0; k < desc->held_count; k++) {
+        springls_tiling_hold *hold = &desc->held[k];
+        const int i = springls__body_number(tiling, hold->label);
+        const springls__held *held = i < 1 ? NULL : &tiling->body[i].held;
+        hold->volume = held ? held->volume : 0.0;
+        hold->pressure = held ? held->pressure : 0.0;
+        if (!held) continue;
+        hold->target = held->target;
+        if (fabs(held->target - held->volume) < largest * held->target) hold->drift += learned * (held->target - held->volume);
+        if (fabs(hold->drift) > largest * held->target) hold->drift = 0.0;
+    }
+}
+
+#endif
