@@ -517,9 +517,11 @@
    volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
    make the mesh anew in every step. A dt of 0.5 / tension is stable.
 
-   springls_tiling_snapshot writes all bodies as one block, which springls_tiling_restore reads.
+   Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
+   to nothing: from a label map after some 200 steps. springls_tiling_snapshot writes all bodies as one block, which
+   springls_tiling_restore reads.
 
-   Not there yet: backends, windows and combinations of whole tilings, films that break, and walls that never cross.
+   Not there yet: backends, windows and combinations of whole tilings, and films that break.
 
    A WORLD WITHOUT WALLS
 
@@ -850,6 +852,7 @@
      >>decode               src/tiling/decode.h
      >>sheets               src/tiling/sheets.h
      >>mirror               src/tiling/mirror.h
+     >>tiling_rest          src/tiling/tiling_rest.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
 */
@@ -2303,9 +2306,11 @@ typedef struct springls_walls {
     size_t bytes;                           /* of the block that holds them                                          */
 } springls_walls;
 
-/* Makes the mesh of all walls, for viewing: one vertex in each cube of voxels that has several labels, so that triangles are few; some may
-   cross where a body is thinner than two voxels. Walls end at the outermost voxels. Free it by springls_walls_free. On failure *walls is
-   all zero. INVALID_ARGUMENT: also a grid of more than 2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
+/* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
+   four triangles are made for, not two, because no triangle may cross another. So mesh generators take it (tetgen -pA fills every
+   region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
+   at the outermost voxels. Free it by springls_walls_free. On failure *walls is all zero. INVALID_ARGUMENT: also a grid of more than
+   2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls);
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
@@ -33294,7 +33299,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1156 \"springls.h\"\n",
+    "#line 1159 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33408,7 +33413,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2481 \"springls.h\"\n",
+    "#line 2486 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33524,7 +33529,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2598 \"springls.h\"\n",
+    "#line 2603 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33546,7 +33551,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2621 \"springls.h\"\n",
+    "#line 2626 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33561,7 +33566,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2637 \"springls.h\"\n",
+    "#line 2642 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33685,7 +33690,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2761 \"springls.h\"\n",
+    "#line 2766 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33755,7 +33760,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2832 \"springls.h\"\n",
+    "#line 2837 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33975,7 +33980,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3053 \"springls.h\"\n",
+    "#line 3058 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33990,7 +33995,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3068 \"springls.h\"\n",
+    "#line 3073 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34114,14 +34119,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3192 \"springls.h\"\n",
+    "#line 3197 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3200 \"springls.h\"\n",
+    "#line 3205 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34247,7 +34252,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3327 \"springls.h\"\n",
+    "#line 3332 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34302,7 +34307,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3383 \"springls.h\"\n",
+    "#line 3388 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34391,7 +34396,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3473 \"springls.h\"\n",
+    "#line 3478 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34403,7 +34408,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3485 \"springls.h\"\n",
+    "#line 3490 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34418,7 +34423,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3501 \"springls.h\"\n",
+    "#line 3506 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34462,7 +34467,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3545 \"springls.h\"\n",
+    "#line 3550 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34477,7 +34482,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3560 \"springls.h\"\n",
+    "#line 3565 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34521,7 +34526,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3604 \"springls.h\"\n",
+    "#line 3609 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34600,7 +34605,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3683 \"springls.h\"\n",
+    "#line 3688 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34615,7 +34620,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3699 \"springls.h\"\n",
+    "#line 3704 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34682,7 +34687,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3766 \"springls.h\"\n",
+    "#line 3771 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34697,7 +34702,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3781 \"springls.h\"\n",
+    "#line 3786 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34764,7 +34769,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3849 \"springls.h\"\n",
+    "#line 3854 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35150,7 +35155,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4236 \"springls.h\"\n",
+    "#line 4241 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35854,7 +35859,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4941 \"springls.h\"\n",
+    "#line 4946 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36114,7 +36119,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5202 \"springls.h\"\n",
+    "#line 5207 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36316,7 +36321,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5405 \"springls.h\"\n",
+    "#line 5410 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36433,7 +36438,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5523 \"springls.h\"\n",
+    "#line 5528 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36630,7 +36635,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5720 \"springls.h\"\n",
+    "#line 5725 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36645,7 +36650,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5736 \"springls.h\"\n",
+    "#line 5741 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36839,7 +36844,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5930 \"springls.h\"\n",
+    "#line 5935 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36854,7 +36859,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5945 \"springls.h\"\n",
+    "#line 5950 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37048,7 +37053,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6740 \"springls.h\"\n",
+    "#line 6745 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37448,7 +37453,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7141 \"springls.h\"\n",
+    "#line 7146 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37474,7 +37479,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7168 \"springls.h\"\n",
+    "#line 7173 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37562,7 +37567,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7257 \"springls.h\"\n",
+    "#line 7262 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37702,7 +37707,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7398 \"springls.h\"\n",
+    "#line 7403 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37807,7 +37812,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7504 \"springls.h\"\n",
+    "#line 7509 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38039,7 +38044,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7737 \"springls.h\"\n",
+    "#line 7742 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38069,7 +38074,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7767 \"springls.h\"\n",
+    "#line 7772 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38084,7 +38089,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7783 \"springls.h\"\n",
+    "#line 7788 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38253,7 +38258,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7952 \"springls.h\"\n",
+    "#line 7957 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38268,7 +38273,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7967 \"springls.h\"\n",
+    "#line 7972 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38437,7 +38442,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8136 \"springls.h\"\n",
+    "#line 8141 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38491,7 +38496,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8191 \"springls.h\"\n",
+    "#line 8196 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38517,7 +38522,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8217 \"springls.h\"\n",
+    "#line 8222 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38532,7 +38537,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8233 \"springls.h\"\n",
+    "#line 8238 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38615,7 +38620,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8316 \"springls.h\"\n",
+    "#line 8321 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38630,7 +38635,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8331 \"springls.h\"\n",
+    "#line 8336 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38713,7 +38718,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8414 \"springls.h\"\n",
+    "#line 8419 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38787,7 +38792,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8489 \"springls.h\"\n",
+    "#line 8494 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39340,7 +39345,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9043 \"springls.h\"\n",
+    "#line 9048 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39436,7 +39441,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9140 \"springls.h\"\n",
+    "#line 9145 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39557,7 +39562,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9262 \"springls.h\"\n",
+    "#line 9267 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39838,7 +39843,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9544 \"springls.h\"\n",
+    "#line 9549 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39924,7 +39929,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9631 \"springls.h\"\n",
+    "#line 9636 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40067,7 +40072,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9775 \"springls.h\"\n",
+    "#line 9780 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40256,7 +40261,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9965 \"springls.h\"\n",
+    "#line 9970 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40381,7 +40386,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10091 \"springls.h\"\n",
+    "#line 10096 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40415,7 +40420,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10126 \"springls.h\"\n",
+    "#line 10131 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40953,7 +40958,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10665 \"springls.h\"\n",
+    "#line 10670 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41103,7 +41108,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10816 \"springls.h\"\n",
+    "#line 10821 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41181,7 +41186,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10895 \"springls.h\"\n",
+    "#line 10900 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41430,7 +41435,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11145 \"springls.h\"\n",
+    "#line 11150 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41655,7 +41660,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11371 \"springls.h\"\n",
+    "#line 11376 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41759,7 +41764,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11476 \"springls.h\"\n",
+    "#line 11481 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41856,7 +41861,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11574 \"springls.h\"\n",
+    "#line 11579 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42394,7 +42399,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12113 \"springls.h\"\n",
+    "#line 12118 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42427,7 +42432,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12147 \"springls.h\"\n",
+    "#line 12152 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42452,14 +42457,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12173 \"springls.h\"\n",
+    "#line 12178 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12180 \"springls.h\"\n",
+    "#line 12185 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42474,7 +42479,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12196 \"springls.h\"\n",
+    "#line 12201 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42600,7 +42605,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12322 \"springls.h\"\n",
+    "#line 12327 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42615,7 +42620,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12337 \"springls.h\"\n",
+    "#line 12342 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42741,7 +42746,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12464 \"springls.h\"\n",
+    "#line 12469 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43033,7 +43038,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12757 \"springls.h\"\n",
+    "#line 12762 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43168,7 +43173,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17401 \"springls.h\"\n",
+    "#line 17406 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44231,7 +44236,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18465 \"springls.h\"\n",
+    "#line 18470 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44828,7 +44833,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19063 \"springls.h\"\n",
+    "#line 19068 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45425,7 +45430,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45429 \"springls.h\"\n",
+    "#line 45434 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -47371,10 +47376,13 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
-    springls__buffer films, film_memory[3]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
+    int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
+    uint64_t calm_hash;        /* of what springls have faced since                                                  */
+    springls_tiling_report calm_report; /* the last one with gaps                                                    */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -47435,6 +47443,7 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->count = count;
     tiling->steps = 0;
     tiling->facing_known = false;
+    tiling->calm_steps = 0;
 }
 
 /* Orders bodies by their labels. Nearly all are in order. */
@@ -47545,7 +47554,7 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
-    for (i = 0; i < 3; i++) springls__buffer_free(host, &tiling->film_memory[i]);
+    for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
 }
@@ -47936,6 +47945,7 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     tiling->body = body;
     tiling->count = n;
     tiling->facing_known = false;
+    tiling->calm_steps = 0;
     return SPRINGLS_OK;
 }
 
@@ -48225,6 +48235,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
+    tiling->calm_steps = 0;
 }
 
 SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
@@ -48261,6 +48272,7 @@ SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, co
 
 #define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
 #define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
+#define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
 #define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
@@ -48393,10 +48405,11 @@ typedef struct springls__sheets_job {
     bool known;            /* facing is that of before                                                                */
 } springls__sheets_job;
 
-/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. */
+/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. Ever smaller ways, which would keep models
+   awake, are not gone. */
 SPRINGLS__FN float springls__way_to_middle(float gap)
 {
-    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK) return 0.0f;
+    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK + SPRINGLS__WALL_STILL) return 0.0f;
     return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
 }
 
@@ -48677,7 +48690,13 @@ SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
    vertices that they share, without cracks.
 
    A vertex lies where the planes of the walls in its cube meet in least squares. A plane is where the two phi are equal, moved to the
-   middle of the two sheets of springls there, which know it better. */
+   middle of the two sheets of springls there, which know it better.
+
+   Why no two triangles cross (after Ju and Udeshi, Intersection-free Contouring, 2006): a vertex lies inside its cube. The line between the
+   vertices of two cubes that share a face passes through that face, and so cuts it, with its four sides, into four triangles. The pair of
+   voxels p, q at the ends of a side and two cubes' vertices beside it make a tetrahedron; those of all pairs fill space without overlap. The
+   quad around p and q has four of them, its envelope. Four triangles from a point between p and q to the quad's sides lie in it. So do
+   the two on both sides of a diagonal, mostly, and these are taken wherever they do. */
 
 /* What a cube's vertex is the least-squares solution of: A x = b, A symmetric, and the mean of the places where walls cross its edges. */
 typedef struct springls__wall_planes { double a[6], b[3], mean[3]; int count; } springls__wall_planes;
@@ -48688,7 +48707,8 @@ typedef struct springls__walls_job {
     const int32_t *label; /* of each voxel                                                                            */
     int *vertex;          /* of the cube from each voxel on; -1: none                                                 */
     int *cube;            /* of each vertex: its voxel                                                                */
-    float *positions;     /* voxels                                                                                   */
+    float *positions;     /* of the cubes' vertices, voxels                                                           */
+    int cubes;            /* how many                                                                                 */
 } springls__walls_job;
 
 SPRINGLS__FN float springls__label_phi(const springls__walls_job *job, int number, const int at[3])
@@ -48723,28 +48743,43 @@ SPRINGLS__FN float springls__behind_sheets(const springls__tiling_body *one, con
     return count ? sum / (float)count : 0.0f;
 }
 
-/* Adds the plane of the wall that crosses the edge between two neighbouring voxels along an axis, where their labels differ. */
-SPRINGLS__FN void springls__add_wall_plane(const springls__walls_job *job, const int from[3], int axis, springls__wall_planes *planes)
+/* A place where a wall crosses the edge between two voxels: the bodies on both sides, how far along the edge by phi, and the slope. */
+typedef struct springls__wall_crossing { const springls__tiling_body *one, *other; float s; springls__v3 x, n; } springls__wall_crossing;
+
+/* Finds where a wall crosses the edge between two neighbouring voxels along an axis; false: they have one label. */
+SPRINGLS__FN bool springls__find_wall_crossing(const springls__walls_job *job, const int from[3], int axis, springls__wall_crossing *c)
 {
+    const springls__grid *g = &job->tiling->host->model.grid;
     int to[3], numbers[2], k;
-    float xyz[3], f[2], s;
-    springls__v3 x, n;
-    double offset = 0.0, normal[3], at[3];
+    float xyz[3], f[2];
     for (k = 0; k < 3; k++) to[k] = from[k] + (k == axis);
     for (k = 0; k < 2; k++)
-        numbers[k] = springls__body_number(job->tiling, job->label[springls__voxel_index(&job->tiling->host->model.grid, (k ? to : from)[0],
-                                                                                         (k ? to : from)[1], (k ? to : from)[2])]);
-    if (numbers[0] == numbers[1]) return;
+        numbers[k] = springls__body_number(job->tiling, job->label[springls__voxel_index(g, (k ? to : from)[0], (k ? to : from)[1],
+                                                                                         (k ? to : from)[2])]);
+    if (numbers[0] == numbers[1]) return false;
     for (k = 0; k < 2; k++)
         f[k] = springls__label_phi(job, numbers[0], k ? to : from) - springls__label_phi(job, numbers[1], k ? to : from);
-    s = f[0] < f[1] ? springls__clamp(f[0] / (f[0] - f[1]), 0.0f, 1.0f) : 0.5f;
-    for (k = 0; k < 3; k++) xyz[k] = (float)from[k] + (k == axis ? s : 0.0f);
-    x = springls__load3(xyz);
-    n = springls__wall_normal(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x);
-    for (k = 0; k < 3; k++) planes->mean[k] += (double)xyz[k];
+    c->s = f[0] < f[1] ? springls__clamp(f[0] / (f[0] - f[1]), 0.0f, 1.0f) : 0.5f;
+    for (k = 0; k < 3; k++) xyz[k] = (float)from[k] + (k == axis ? c->s : 0.0f);
+    c->one = &job->tiling->body[numbers[0]];
+    c->other = &job->tiling->body[numbers[1]];
+    c->x = springls__load3(xyz);
+    c->n = springls__wall_normal(c->one, c->other, c->x);
+    return true;
+}
+
+/* Adds the plane of the wall that crosses an edge between voxels, where one does. */
+SPRINGLS__FN void springls__add_wall_plane(const springls__walls_job *job, const int from[3], int axis, springls__wall_planes *planes)
+{
+    springls__wall_crossing c;
+    springls__v3 x;
+    double offset = 0.0, normal[3], at[3];
+    int k;
+    if (!springls__find_wall_crossing(job, from, axis, &c)) return;
+    planes->mean[0] += (double)c.x.x, planes->mean[1] += (double)c.x.y, planes->mean[2] += (double)c.x.z;
     planes->count++;
-    x = springls__mad(x, n, -springls__behind_sheets(&job->tiling->body[numbers[0]], &job->tiling->body[numbers[1]], x, n));
-    normal[0] = (double)n.x, normal[1] = (double)n.y, normal[2] = (double)n.z;
+    x = springls__mad(c.x, c.n, -springls__behind_sheets(c.one, c.other, c.x, c.n));
+    normal[0] = (double)c.n.x, normal[1] = (double)c.n.y, normal[2] = (double)c.n.z;
     at[0] = (double)x.x, at[1] = (double)x.y, at[2] = (double)x.z;
     for (k = 0; k < 3; k++) offset += normal[k] * at[k];
     for (k = 0; k < 3; k++) {
@@ -48839,33 +48874,119 @@ SPRINGLS__FN float springls__vertex_distance2(const float *positions, int a, int
     return springls__length2(springls__sub(springls__load3(positions + 3 * (size_t)a), springls__load3(positions + 3 * (size_t)b)));
 }
 
-/* Adds the quad across the pair of voxels from `at` on along an axis, two triangles along its shorter diagonal. */
-SPRINGLS__FN void springls__add_quad(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+/* The vertices of a quad about its pair of voxels: two coordinates across the pair, from its line, and the height above the first voxel.
+   Counter-clockwise, one a quadrant. */
+typedef struct springls__wall_quad { double u[4], v[4], h[4]; int corner[4]; } springls__wall_quad;
+
+/* Finds the quad across the pair of voxels from `at` on along an axis. */
+SPRINGLS__FN springls__wall_quad springls__quad_of(const springls__walls_job *job, const int at[3], int axis)
 {
     static const int around[4][2] = { { -1, -1 }, { 0, -1 }, { 0, 0 }, { -1, 0 } }; /* counter-clockwise seen along the axis */
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3, mirrored = springls__is_mirrored(job->tiling->host);
-    int corner[4], cube[3], to[3], first, k;
-    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
-    if (springls__label_at(job, at) == springls__label_at(job, to)) return;
-    if (walls->triangles) {
-        int *triangle = walls->triangles + 3 * (size_t)walls->triangle_count;
-        int32_t *labels = walls->labels + 2 * (size_t)walls->triangle_count;
-        for (k = 0; k < 4; k++) {
-            memcpy(cube, at, sizeof cube);
-            cube[u] += around[k][0];
-            cube[v] += around[k][1];
-            corner[mirrored ? 3 - k : k] = springls__vertex_at(job, cube);
-        }
-        first = springls__vertex_distance2(job->positions, corner[1], corner[3])
-              < springls__vertex_distance2(job->positions, corner[0], corner[2]);
-        for (k = 0; k < 3; k++) {
-            triangle[k] = corner[(first + k) % 4];
-            triangle[3 + k] = corner[(first + (k ? k + 1 : 0)) % 4];
-        }
-        labels[0] = labels[2] = springls__label_at(job, at);
-        labels[1] = labels[3] = springls__label_at(job, to);
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    springls__wall_quad quad;
+    int cube[3], k;
+    for (k = 0; k < 4; k++) {
+        const float *x;
+        memcpy(cube, at, sizeof cube);
+        cube[u] += around[k][0];
+        cube[v] += around[k][1];
+        quad.corner[k] = springls__vertex_at(job, cube);
+        x = job->positions + 3 * (size_t)quad.corner[k];
+        quad.u[k] = (double)x[u] - (double)at[u];
+        quad.v[k] = (double)x[v] - (double)at[v];
+        quad.h[k] = (double)x[axis] - (double)at[axis];
     }
-    walls->triangle_count += 2;
+    return quad;
+}
+
+/* Finds where the diagonal from corner a to the one across passes the plane of the pair's line and another corner: how far out, in that
+   corner's distance from the line, negative behind the line; and how high. */
+SPRINGLS__FN double springls__pass_corner(const springls__wall_quad *q, int a, int corner, double *height)
+{
+    const int c = (a + 2) % 4;
+    const double u = q->u[corner], v = q->v[corner];
+    const double ga = u * q->v[a] - v * q->u[a], gc = u * q->v[c] - v * q->u[c], t = ga / (ga - gc); /* of opposite signs */
+    *height = q->h[a] + t * (q->h[c] - q->h[a]);
+    return ((q->u[a] + t * (q->u[c] - q->u[a])) * u + (q->v[a] + t * (q->v[c] - q->v[a])) * v) / (u * u + v * v);
+}
+
+/* Returns whether the two triangles on both sides of the diagonal from corner a lie in the quad's envelope. */
+SPRINGLS__FN bool springls__diagonal_is_safe(const springls__wall_quad *q, int a)
+{
+    const double margin = 1e-3; /* voxel */
+    int beside = (a + 1) % 4, other;
+    double r, h;
+    if (springls__pass_corner(q, a, beside, &h) < 0.0) beside = (a + 3) % 4;
+    other = (beside + 2) % 4;
+    r = springls__pass_corner(q, a, beside, &h);
+    if (r > 1.0 - margin || h < r * q->h[beside] + margin || h > r * q->h[beside] + 1.0 - r - margin) return false;
+    r = -springls__pass_corner(q, a, other, &h); /* the line pierces the triangle with the other corner */
+    if (r < 0.0) return false;
+    h = (r * q->h[other] + h) / (1.0 + r);
+    return h > margin && h < 1.0 - margin;
+}
+
+/* Returns the corner from which the quad's shorter diagonal, or its only safe one, begins: 0 or 1; -1: neither is safe. */
+SPRINGLS__FN int springls__diagonal_of(const springls__walls_job *job, const springls__wall_quad *q)
+{
+    const int shorter = springls__vertex_distance2(job->positions, q->corner[1], q->corner[3])
+                        < springls__vertex_distance2(job->positions, q->corner[0], q->corner[2]);
+    if (springls__diagonal_is_safe(q, shorter)) return shorter;
+    return springls__diagonal_is_safe(q, 1 - shorter) ? 1 - shorter : -1;
+}
+
+/* Adds the vertex between the two voxels of a pair; returns its number. */
+SPRINGLS__FN int springls__add_wall_middle(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    const float margin = 0.02f; /* voxel */
+    float *out = walls->positions + 3 * (size_t)walls->vertex_count;
+    springls__wall_crossing c;
+    int k;
+    for (k = 0; k < 3; k++) out[k] = (float)at[k];
+    if (springls__find_wall_crossing(job, at, axis, &c)) {
+        const float along = axis == 0 ? c.n.x : axis == 1 ? c.n.y : c.n.z;
+        const float behind = springls__behind_sheets(c.one, c.other, c.x, c.n);
+        const float s = springls__fabs(along) > 0.2f ? c.s - behind / along : c.s;
+        out[axis] += springls__clamp(s, margin, 1.0f - margin);
+    }
+    return walls->vertex_count++;
+}
+
+/* Adds a triangle with the labels of a pair. */
+SPRINGLS__FN void springls__add_wall_triangle(springls_walls *walls, int a, int b, int c, const int32_t labels[2])
+{
+    int *triangle = walls->triangles + 3 * (size_t)walls->triangle_count;
+    int32_t *sides = walls->labels + 2 * (size_t)walls->triangle_count++;
+    triangle[0] = a, triangle[1] = b, triangle[2] = c;
+    sides[0] = labels[0], sides[1] = labels[1];
+}
+
+/* Adds the quad across the pair of voxels from `at` on along an axis: two triangles or four. */
+SPRINGLS__FN void springls__add_quad(const springls__walls_job *job, const int at[3], int axis, springls_walls *walls)
+{
+    const bool mirrored = springls__is_mirrored(job->tiling->host);
+    springls__wall_quad quad;
+    int32_t labels[2];
+    int to[3], corner[4], first, middle, k;
+    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
+    labels[0] = springls__label_at(job, at);
+    labels[1] = springls__label_at(job, to);
+    if (labels[0] == labels[1]) return;
+    quad = springls__quad_of(job, at, axis);
+    first = springls__diagonal_of(job, &quad);
+    if (!walls->triangles) {
+        walls->triangle_count += first < 0 ? 4 : 2;
+        walls->vertex_count += first < 0;
+        return;
+    }
+    middle = first < 0 ? springls__add_wall_middle(job, at, axis, walls) : -1;
+    for (k = 0; k < 4; k++) corner[k] = quad.corner[mirrored ? 3 - k : k];
+    if (mirrored && first == 0) first = 1; /* the corners 0 and 2 are now 3 and 1 */
+    else if (mirrored && first == 1) first = 0;
+    for (k = 0; k < 4 && first < 0; k++) springls__add_wall_triangle(walls, corner[k], corner[(k + 1) % 4], middle, labels);
+    if (first < 0) return;
+    springls__add_wall_triangle(walls, corner[first], corner[first + 1], corner[first + 2], labels);
+    springls__add_wall_triangle(walls, corner[first], corner[first + 2], corner[(first + 3) % 4], labels);
 }
 
 /* Adds the edge between the cubes on both sides of the four voxels from `at` on across an axis, where three walls or four meet. */
@@ -48896,27 +49017,29 @@ SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const 
 SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_walls *walls)
 {
     int at[3], axis;
+    walls->vertex_count = job->cubes;
     walls->triangle_count = walls->edge_count = 0;
     for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
         for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
             for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
                 for (axis = 0; axis < 3 && springls__vertex_at(job, at) >= 0; axis++) {
-                    if (walls->triangle_count > INT32_MAX - 2 || walls->edge_count == INT32_MAX) return false;
+                    if (walls->triangle_count > INT32_MAX - 4 || walls->edge_count == INT32_MAX || walls->vertex_count == INT32_MAX)
+                        return false;
                     springls__add_quad(job, at, axis, walls);
                     springls__add_wall_edge(job, at, axis, walls);
                 }
     return true;
 }
 
-/* Lists the vertices where other than two edges end; `ends` has a number for each vertex. */
-SPRINGLS__FN void springls__list_corners(springls_walls *walls, int *ends)
+/* Lists the vertices, `count` those of cubes, where other than two edges end; `ends` has a number for each. */
+SPRINGLS__FN void springls__list_corners(springls_walls *walls, int count, int *ends)
 {
     const size_t both = 2 * (size_t)walls->edge_count;
     size_t e;
     int i;
-    memset(ends, 0, (size_t)walls->vertex_count * sizeof *ends);
+    memset(ends, 0, (size_t)count * sizeof *ends);
     for (e = 0; e < both; e++) ends[walls->edges[e]]++;
-    for (i = 0; i < walls->vertex_count; i++)
+    for (i = 0; i < count; i++)
         if (ends[i] != 0 && ends[i] != 2) walls->corners[walls->corner_count++] = i;
 }
 
@@ -48941,8 +49064,8 @@ SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes. */
-SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[3], springls_walls *walls)
+/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes, places. */
+SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[4], springls_walls *walls)
 {
     const size_t n = springls__box_voxels(tiling->host->model.grid.size);
     springls__walls_job job;
@@ -48954,24 +49077,26 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     job.label = (const int32_t *)buffers[0].data;
     job.vertex = (int *)buffers[1].data;
     job.cube = (int *)buffers[2].data;
-    walls->vertex_count = springls__number_cubes(&job);
+    job.cubes = springls__number_cubes(&job);
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &buffers[3], (size_t)job.cubes + 1, 3 * sizeof(float), 0));
+    job.positions = (float *)buffers[3].data;
+    springls__parallel(tiling->host, job.cubes, 64, springls__wall_vertex_task, &job);
     if (!springls__add_walls(&job, walls)) {
         memset(walls, 0, sizeof *walls);
         return springls__fail(tiling->host, SPRINGLS_OUT_OF_MEMORY, "tiling_extract: the walls have more than %d triangles",
                               (int)INT32_MAX);
     }
     SPRINGLS__TRY(springls__walls_reserve(tiling, walls));
-    job.positions = walls->positions;
-    springls__parallel(tiling->host, walls->vertex_count, 64, springls__wall_vertex_task, &job);
+    memcpy(walls->positions, job.positions, 3 * (size_t)job.cubes * sizeof(float));
     springls__add_walls(&job, walls);
-    springls__list_corners(walls, job.cube);
+    springls__list_corners(walls, job.cubes, job.cube);
     springls_to_world(tiling->host, walls->positions, walls->vertex_count, walls->positions);
     return SPRINGLS_OK;
 }
 
 SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
 {
-    springls__buffer buffers[3];
+    springls__buffer buffers[4];
     springls_status status;
     int i;
     if (walls) memset(walls, 0, sizeof *walls);
@@ -48981,7 +49106,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
     SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
     memset(buffers, 0, sizeof buffers);
     status = springls__extract_walls(tiling, buffers, walls);
-    for (i = 0; i < 3; i++) springls__buffer_free(tiling->host, &buffers[i]);
+    for (i = 0; i < 4; i++) springls__buffer_free(tiling->host, &buffers[i]);
     return status;
 }
 
@@ -49320,7 +49445,8 @@ SPRINGLS__FN void springls__give_held(const springls_tiling *tiling, const sprin
 /* A springl that is to be added to a body, as that has it, and what it faces there. */
 typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
 
-/* Marks the springls of body `from` that face body `to` and have no partner there. */
+/* Marks the springls of body `from` that face body `to` and have no partner there. Those that sleep give none: they have given theirs
+   before, and what has been removed since would be removed again. */
 typedef struct springls__mirror_job {
     const springls__tiling_body *from, *to;
     const float *facing;
@@ -49351,7 +49477,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && !springls__is_asleep(&job->from->ctx->model, begin)
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }
@@ -49435,6 +49561,35 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
         *mirrored += body->ctx->model.set.count - before;
     }
     return SPRINGLS_OK;
+}
+
+/* ======== >>tiling_rest  (src/tiling/tiling_rest.h) ============================================================ */
+/* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
+   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does. */
+
+/* Returns whether all models sleep. */
+SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls_at_rest(tiling->body[i].ctx)) return false;
+    return tiling->count > 0;
+}
+
+/* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */
+SPRINGLS__FN void springls__note_rest(springls_tiling *tiling, bool slept, const springls_tiling_report *report)
+{
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
+    int i;
+    if (!slept || !springls__bodies_sleep(tiling)) {
+        tiling->calm_steps = 0;
+        return;
+    }
+    for (i = 0; i < tiling->count; i++)
+        hash = springls__hash(hash, springls__facing_values(&tiling->body[i]), (size_t)springls_count(tiling->body[i].ctx) * sizeof(float));
+    tiling->calm_steps = hash == tiling->calm_hash ? springls__imin(tiling->calm_steps, INT32_MAX - 1) + 1 : 0;
+    tiling->calm_hash = hash;
+    if (report->faced) tiling->calm_report = *report;
 }
 
 /* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
@@ -49717,6 +49872,23 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     return SPRINGLS_OK;
 }
 
+/* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
+SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const bool forces = springls__has_films(desc) || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    return !forces && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
+}
+
+/* Counts a step of a tiling at rest. */
+SPRINGLS__FN springls_status springls__count_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                  springls_tiling_report *report)
+{
+    SPRINGLS__TRY(springls__for_bodies(tiling, "tiling_step", springls__step_body, desc));
+    tiling->steps++;
+    if (springls__looks_now(tiling, desc)) *report = tiling->calm_report;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     const char *call = "tiling_step";
@@ -49738,12 +49910,14 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls_tiling_report own;
     springls_status status;
     uint32_t steps;
-    bool facing_known;
+    bool facing_known, slept;
     int count, i;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    if (springls__only_counts(tiling, desc)) return springls__count_step(tiling, desc, report);
+    slept = springls__bodies_sleep(tiling);
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
@@ -49754,8 +49928,10 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     if (status == SPRINGLS_OK) {
         springls__drop_vanished(tiling, count, report);
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
+        springls__note_rest(tiling, slept && count == tiling->count, report);
         return SPRINGLS_OK;
     }
+    tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;
     springls__sort_bodies(tiling->body, count);

@@ -1187,9 +1187,11 @@ typedef struct springls_walls {
     size_t bytes;                           /* of the block that holds them                                          */
 } springls_walls;
 
-/* Makes the mesh of all walls, for viewing: one vertex in each cube of voxels that has several labels, so that triangles are few; some may
-   cross where a body is thinner than two voxels. Walls end at the outermost voxels. Free it by springls_walls_free. On failure *walls is
-   all zero. INVALID_ARGUMENT: also a grid of more than 2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
+/* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
+   four triangles are made for, not two, because no triangle may cross another. So mesh generators take it (tetgen -pA fills every
+   region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
+   at the outermost voxels. Free it by springls_walls_free. On failure *walls is all zero. INVALID_ARGUMENT: also a grid of more than
+   2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls);
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */

@@ -37,10 +37,13 @@ struct springls_tiling {
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
-    springls__buffer films, film_memory[3]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
+    int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
+    uint64_t calm_hash;        /* of what springls have faced since                                                  */
+    springls_tiling_report calm_report; /* the last one with gaps                                                    */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -101,6 +104,7 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->count = count;
     tiling->steps = 0;
     tiling->facing_known = false;
+    tiling->calm_steps = 0;
 }
 
 /* Orders bodies by their labels. Nearly all are in order. */
@@ -211,7 +215,7 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
-    for (i = 0; i < 3; i++) springls__buffer_free(host, &tiling->film_memory[i]);
+    for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
 }

@@ -11,7 +11,8 @@
 /* A springl that is to be added to a body, as that has it, and what it faces there. */
 typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
 
-/* Marks the springls of body `from` that face body `to` and have no partner there. */
+/* Marks the springls of body `from` that face body `to` and have no partner there. Those that sleep give none: they have given theirs
+   before, and what has been removed since would be removed again. */
 typedef struct springls__mirror_job {
     const springls__tiling_body *from, *to;
     const float *facing;
@@ -42,7 +43,7 @@ SPRINGLS__FN void springls__mirror_task(void *arg, int begin, int end)
     const springls__mirror_job *job = (const springls__mirror_job *)arg;
     for (; begin < end; begin++) {
         const springls__springl *s = &job->from->ctx->model.set.s[begin];
-        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label
+        job->alone[begin] = (int32_t)job->facing[begin] == job->to->label && !springls__is_asleep(&job->from->ctx->model, begin)
             && !springls__has_partner(job->to, s->p, springls__scale(springls__springl_normal(*s), job->from->sign));
     }
 }

@@ -14,6 +14,7 @@
 
 #define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
 #define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
+#define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
 #define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
@@ -146,10 +147,11 @@ typedef struct springls__sheets_job {
     bool known;            /* facing is that of before                                                                */
 } springls__sheets_job;
 
-/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. */
+/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. Ever smaller ways, which would keep models
+   awake, are not gone. */
 SPRINGLS__FN float springls__way_to_middle(float gap)
 {
-    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK) return 0.0f;
+    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK + SPRINGLS__WALL_STILL) return 0.0f;
     return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
 }
 

@@ -266,6 +266,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
+    tiling->calm_steps = 0;
 }
 
 SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)

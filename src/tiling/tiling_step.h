@@ -8,6 +8,7 @@
 #include "films.h"
 #include "mirror.h"
 #include "sheets.h"
+#include "tiling_rest.h"
 
 enum { SPRINGLS__MIRROR_PERIOD = 8, SPRINGLS__TILING_BLOCK = 64, SPRINGLS__DOUBTFUL = 64 }; /* DOUBTFUL: voxels; fewer may be none */
 
@@ -285,6 +286,23 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     return SPRINGLS_OK;
 }
 
+/* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
+SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const bool forces = springls__has_films(desc) || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    return !forces && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
+}
+
+/* Counts a step of a tiling at rest. */
+SPRINGLS__FN springls_status springls__count_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                  springls_tiling_report *report)
+{
+    SPRINGLS__TRY(springls__for_bodies(tiling, "tiling_step", springls__step_body, desc));
+    tiling->steps++;
+    if (springls__looks_now(tiling, desc)) *report = tiling->calm_report;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     const char *call = "tiling_step";
@@ -306,12 +324,14 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls_tiling_report own;
     springls_status status;
     uint32_t steps;
-    bool facing_known;
+    bool facing_known, slept;
     int count, i;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    if (springls__only_counts(tiling, desc)) return springls__count_step(tiling, desc, report);
+    slept = springls__bodies_sleep(tiling);
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
@@ -322,8 +342,10 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     if (status == SPRINGLS_OK) {
         springls__drop_vanished(tiling, count, report);
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
+        springls__note_rest(tiling, slept && count == tiling->count, report);
         return SPRINGLS_OK;
     }
+    tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;
     springls__sort_bodies(tiling->body, count);

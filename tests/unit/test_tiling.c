@@ -2,6 +2,8 @@
    meet and vanish, the same bits for any threads, refusals, and memory that runs out. */
 #include "fixtures.h"
 
+#include <time.h>
+
 enum { SIZE = 28, VOXELS = SIZE * SIZE * SIZE, BALL = 24, BALL_VOXELS = BALL * BALL * BALL };
 
 /* ---- what is set ---- */
@@ -224,6 +226,74 @@ TEST walls_meet_in_edges(int smooth)
     ASSERT_MEM_EQ(&none, &walls, sizeof none);
     springls_walls_free(tiling, NULL);
     springls_walls_free(NULL, &walls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+static d3 corner_of(const springls_walls *walls, int triangle, int k)
+{
+    const float *x = walls->positions + 3 * walls->triangles[3 * triangle + k];
+    return d3_make((double)x[0], (double)x[1], (double)x[2]);
+}
+
+static double sixfold_volume(d3 a, d3 b, d3 c, d3 d) { return d3_dot(d3_sub(b, a), d3_cross(d3_sub(c, a), d3_sub(d, a))); }
+
+/* Whether a side of triangle t that shares no vertex with triangle u passes through its inside. */
+static bool passes_through(const springls_walls *walls, int t, int u)
+{
+    const d3 a = corner_of(walls, u, 0), b = corner_of(walls, u, 1), c = corner_of(walls, u, 2);
+    int k, i;
+    for (k = 0; k < 3; k++) {
+        const int v[2] = { walls->triangles[3 * t + k], walls->triangles[3 * t + (k + 1) % 3] };
+        const d3 p = corner_of(walls, t, k), q = corner_of(walls, t, (k + 1) % 3);
+        bool shared = false;
+        double x, y, z;
+        for (i = 0; i < 3; i++) shared = shared || walls->triangles[3 * u + i] == v[0] || walls->triangles[3 * u + i] == v[1];
+        if (shared || sixfold_volume(p, a, b, c) * sixfold_volume(q, a, b, c) >= 0.0) continue;
+        x = sixfold_volume(p, q, a, b), y = sixfold_volume(p, q, b, c), z = sixfold_volume(p, q, c, a);
+        if ((x > 0.0 && y > 0.0 && z > 0.0) || (x < 0.0 && y < 0.0 && z < 0.0)) return true;
+    }
+    return false;
+}
+
+static bool boxes_touch(const springls_walls *walls, int t, int u)
+{
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        float low[2] = { 1e9f, 1e9f }, high[2] = { -1e9f, -1e9f };
+        for (k = 0; k < 3; k++) {
+            const float x = walls->positions[3 * walls->triangles[3 * t + k] + i], y = walls->positions[3 * walls->triangles[3 * u + k] + i];
+            if (x < low[0]) low[0] = x;
+            if (x > high[0]) high[0] = x;
+            if (y < low[1]) low[1] = y;
+            if (y > high[1]) high[1] = y;
+        }
+        if (low[0] > high[1] || low[1] > high[0]) return false;
+    }
+    return true;
+}
+
+/* No triangle crosses another, of walls that are smooth and of those between voxels of random labels; some need four a pair of voxels. */
+TEST walls_do_not_cross(int noise, int smooth)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling = tiling_of_size(BALL, NULL);
+    springls_walls walls;
+    int i, t, u, crossing = 0;
+    three_labels(labels, BALL, 5.0f);
+    fixture_seed(9u);
+    for (i = 0; i < BALL_VOXELS && noise; i++) {
+        const int x = i % BALL, y = i / BALL % BALL, z = i / (BALL * BALL);
+        labels[i] = x > 8 && x < 16 && y > 8 && y < 16 && z > 8 && z < 16 ? (int32_t)(fixture_bits() % 4u) : 0;
+    }
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, smooth));
+    ASSERT_OK(springls_tiling_extract(tiling, &walls));
+    for (t = 0; t < walls.triangle_count; t++)
+        for (u = 0; u < t; u++)
+            crossing += boxes_touch(&walls, t, u) && (passes_through(&walls, t, u) || passes_through(&walls, u, t));
+    if (GREATEST_IS_VERBOSE()) printf("  %d triangles, %d vertices, %d cross\n", walls.triangle_count, walls.vertex_count, crossing);
+    ASSERT_EQ(0, crossing);
+    springls_walls_free(tiling, &walls);
     springls_tiling_destroy(tiling);
     PASS();
 }
@@ -888,6 +958,61 @@ TEST bad_snapshots_are_refused(void)
     PASS();
 }
 
+static int resting_bodies(const springls_tiling *tiling)
+{
+    int i, count = springls_at_rest(springls_tiling_body(tiling, 0));
+    for (i = 0; i < springls_tiling_count(tiling); i++)
+        count += springls_at_rest(springls_tiling_body(tiling, springls_tiling_label(tiling, i)));
+    return count;
+}
+
+/* A tiling that comes to rest has the bits of one that is restored, which looks at everything again, and costs next to nothing; what
+   is pushed moves. */
+TEST bodies_rest(void)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling = tiling_of_size(BALL, NULL), *other = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report, again;
+    char *block;
+    size_t size;
+    clock_t begin;
+    double moving, resting;
+    int i, k;
+    three_labels(labels, BALL, 6.0f);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 2));
+    step.dt = 0.125f;
+    begin = clock();
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    moving = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    for (k = resting_bodies(tiling); k < 4 && i < 400; k = resting_bodies(tiling), i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    if (GREATEST_IS_VERBOSE()) printf("  at rest after %d steps\n", i);
+    ASSERT_EQ(4, k);
+    for (i = 0; i < 250; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    ASSERT_OK(springls_tiling_restore(other, block, size));
+    begin = clock();
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    resting = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(other, &step, &again));
+    if (GREATEST_IS_VERBOSE()) printf("  moving %.4f resting %.4f\n", moving, resting);
+    ASSERT_LT(resting, 0.1 * moving);
+    ASSERT_EQ(report.faced, again.faced);
+    ASSERT(report.rms_gap == again.rms_gap);
+    free(block);
+    block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    step.velocity = swirl;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT(springls_tiling_state_hash(tiling) != springls_tiling_state_hash(other));
+    ASSERT_OK(springls_tiling_step(other, &step, NULL));
+    ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    free(block);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    PASS();
+}
+
 /* ---- refusals ---- */
 
 TEST wrong_inputs_are_refused(void)
@@ -1148,6 +1273,8 @@ int main(int argc, char **argv)
     RUN_TESTp(little_labels_are_kept, 4);
     RUN_TESTp(walls_meet_in_edges, 0);
     RUN_TESTp(walls_meet_in_edges, 2);
+    RUN_TESTp(walls_do_not_cross, 0, 3);
+    RUN_TESTp(walls_do_not_cross, 1, 3);
     RUN_TEST(walls_stay_closed);
     RUN_TEST(bodies_meet);
     RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
@@ -1164,6 +1291,7 @@ int main(int argc, char **argv)
     RUN_TEST(mirrored_springls_are_counted);
     RUN_TEST(snapshots_go_on);
     RUN_TEST(bad_snapshots_are_refused);
+    RUN_TEST(bodies_rest);
     RUN_TEST(wrong_inputs_are_refused);
     RUN_TEST(large_grids_are_refused);
     RUN_TEST(wrong_calls_are_refused);
