@@ -25,6 +25,7 @@ zalesak_USES      = springls
 soft_body_USES    = springls
 attributes_USES   = springls
 csg_USES          = springls surface
+foam_USES         = springls surface
 mend_USES         = springls surface
 segment_USES      = springls surface imaging
 surfaces_USES     = springls surface imaging

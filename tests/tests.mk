@@ -65,6 +65,7 @@ test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging springls
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
+test_foam_USES      = $(foam_USES)
 test_mend_USES      = $(mend_USES)
 test_gltf_USES      = character
 test_fields_USES    = $(register_USES)
@@ -208,7 +209,7 @@ STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve reb
 JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre examples/test_cohort)
 # Those of morph ask the glTF validator, which comes by npm, and the others take long.
 LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,determinism mesh_parts metric more_lives top_table) \
-                $(filter $(addprefix examples/test_,atlas% contour csg mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
+                $(filter $(addprefix examples/test_,atlas% contour csg foam mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
 
 ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python examples/test_pages) \
                 $(UNIT_TESTS) $(JUDGED_TESTS)

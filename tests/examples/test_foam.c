@@ -1,0 +1,65 @@
+/* test_foam.c - examples/foam.c as it is run: three bubbles in three steps, what it prints and writes, and what it refuses. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_foam_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_foam_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#define main foam_main
+#include "../../examples/foam.c"
+#undef main
+
+#include "run_program.h"
+
+#include <sys/stat.h>
+
+static long bytes_of(const char *name)
+{
+    char path[300];
+    struct stat status;
+    snprintf(path, sizeof path, "%s/%s", scratch("foam"), name);
+    return stat(path, &status) == 0 ? (long)status.st_size : 0;
+}
+
+/* All bubbles stay, and a picture and a mesh are written. */
+TEST three_bubbles(void)
+{
+    const char *const arguments[] = {"foam", "--cells", "3", "--steps", "3", "--out", scratch("foam"), NULL};
+    ASSERT_EQ(0, run_program(foam_main, arguments, NULL));
+    ASSERT(strstr(printed("stdout"), "bubbles: 3 of 3"));
+    ASSERT(strstr(printed("stdout"), "angles where three films meet: mean"));
+    ASSERT_GT(bytes_of("foam.png"), 5000);
+    ASSERT_GT(bytes_of("foam.glb"), 5000);
+    PASS();
+}
+
+TEST one_bubble_is_refused(void)
+{
+    const char *const arguments[] = {"foam", "--cells", "1", NULL};
+    ASSERT_EQ(2, run_program(foam_main, arguments, NULL));
+    ASSERT(strstr(printed("stderr"), "--cells"));
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(three_bubbles);
+    RUN_TEST(one_bubble_is_refused);
+    GREATEST_MAIN_END();
+}
+
+#endif
