@@ -49,7 +49,7 @@ SPRINGLS__FN springls_status springls__size_of_block(springls_tiling *tiling, sp
         springls__tiling_body *body = &tiling->body[i];
         body->status = springls_snapshot(body->ctx, kind, NULL, 0, &body->block_size);
         if (body->status != SPRINGLS_OK) return springls__body_failed(tiling, body->status, call, body->label, body->ctx);
-        *size += SPRINGLS__SECTION_HEAD_BYTES + SPRINGLS__BODY_HEAD_BYTES + body->block_size;
+        *size += (size_t)SPRINGLS__SECTION_HEAD_BYTES + (size_t)SPRINGLS__BODY_HEAD_BYTES + body->block_size;
         bytes += (double)body->block_size;
     }
     if (bytes < (double)(SIZE_MAX / 2)) return SPRINGLS_OK;
