@@ -37,7 +37,7 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         need_command make make ;;
     engine_embed|test)   # C++; of the tests, the engine's game loop is
         need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
-    base|character)   # folders that need what they use, and no more
+    base|character|solids)   # folders that need what they use, and no more
         ;;
     springls)
         headers="$headers

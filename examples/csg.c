@@ -4,11 +4,12 @@
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
+#include "solids/mesh_followed.h"
+#include "solids/solid_grid.h"
+#include "solids/solid_mesh.h"
 #include "springls/indices.h"
-#include "springls/mesh_followed.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
-#include "springls/solid_grid.h"
 #include "springls_cl.h"
 #include "surface/mesh_local.h"
 
@@ -41,6 +42,7 @@ struct csg {
     int count;
     double spacing;
     springls_params params;
+    springls_contouring contouring; /* of results */
     springls_mesh mesh;
     float *colors;
     int springls;
@@ -238,15 +240,17 @@ static springls_status operate(struct csg *csg)
 
 /* ---- output ---- */
 
-static bool extract(springls_context *ctx, springls_mesh *mesh, float **colors)
+/* Extracts the surface of a solid, or of the result, with its colours. */
+static bool extract(const struct csg *csg, springls_context *ctx, springls_mesh *mesh, float **colors, springls_measures *measures)
 {
-    memset(mesh, 0, sizeof *mesh);
+    const double speck = 8.0; /* voxels^3, as mend's --specks */
     *colors = NULL;
-    if (springls_extract_mesh(ctx, mesh) != SPRINGLS_OK) {
+    if (!solid_extract(ctx, csg->contouring, speck * csg->spacing * csg->spacing * csg->spacing, mesh, NULL)) {
         return false;
     }
     *colors = malloc(((size_t)mesh->vertex_count + 1) * 3 * sizeof **colors);
-    return *colors && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colors) == SPRINGLS_OK;
+    return *colors && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colors) == SPRINGLS_OK
+           && solid_remove_slivers(mesh, csg->spacing, *colors) && solid_measure(mesh, measures);
 }
 
 static bool draw(const springls_mesh *mesh, const float *colors, const struct raycast_camera *camera, struct image *picture)
@@ -281,13 +285,15 @@ static struct raycast_camera camera_of(const struct csg *csg)
     return raycast_frame_points(corners, 8, direction, up, 0.0f, 1.0f);
 }
 
-static bool draw_solid(struct csg *csg, int number, const struct raycast_camera *camera)
+/* Measures a solid, and draws it where pictures are wanted. */
+static bool look_at(struct csg *csg, int number, const struct raycast_camera *camera)
 {
+    struct solid *s = &csg->solids[number];
     springls_mesh mesh;
     float *colors;
-    springls_context *ctx = csg->solids[number].ctx;
-    const bool fine = extract(ctx, &mesh, &colors) && draw(&mesh, colors, camera, &csg->pictures[number]);
-    springls_mesh_free(ctx, &mesh);
+    const bool fine = extract(csg, s->ctx, &mesh, &colors, &s->measures)
+                      && (!csg->common.out || draw(&mesh, colors, camera, &csg->pictures[number]));
+    springls_mesh_free(s->ctx, &mesh);
     free(colors);
     return fine;
 }
@@ -430,8 +436,7 @@ static bool run(struct csg *csg, springls_backend *backend)
         if (run_create("csg", &desc, &s->ctx) != CLI_CONTINUE) {
             return false;
         }
-        if (!make_solid(s, i, csg->spacing) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
-            || (csg->common.out && !draw_solid(csg, i, &camera))) {
+        if (!make_solid(s, i, csg->spacing) || !look_at(csg, i, &camera)) {
             return report_failure(s->text, s->ctx);
         }
     }
@@ -447,7 +452,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     springls_context *ctx = csg->solids[0].ctx;
     csg->springls = springls_count(ctx);
     csg->stats = springls_get_stats(ctx);
-    if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colors)
+    if (!extract(csg, ctx, &csg->mesh, &csg->colors, &csg->measures)
         || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
         return report_failure("the result", ctx);
     }
@@ -580,6 +585,9 @@ int main(int argc, char **argv)
     }
     if (status == CLI_CONTINUE) {
         status = run_options("csg", &csg.common, csg.set, &csg.params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = solid_contouring("csg", csg.common.params, csg.set, &csg.params, &csg.contouring);
     }
     if (status == CLI_CONTINUE && csg.result) {
         status = run_check_output("csg", csg.result);

@@ -3,8 +3,9 @@
 # Shared code lies in the folders of examples/common, here from the highest to the lowest. A folder is a static library. It may
 # include the folders of its _USES, and what those use; _LIBS are the libraries it needs. A folder or program that wants packages is a
 # group of .ci/deps.sh.
-EXAMPLE_FOLDERS   = springls character registration shapes imaging surface pictures base
+EXAMPLE_FOLDERS   = solids springls character registration shapes imaging surface pictures base
 
+solids_USES       = springls surface
 springls_USES     = pictures
 character_USES    = shapes surface
 registration_USES = imaging
@@ -24,9 +25,9 @@ leveque_USES      = springls
 zalesak_USES      = springls
 soft_body_USES    = springls
 attributes_USES   = springls
-csg_USES          = springls surface
+csg_USES          = solids
 foam_USES         = springls surface
-mend_USES         = springls surface
+mend_USES         = solids
 segment_USES      = springls surface imaging
 surfaces_USES     = springls surface imaging
 register_USES     = springls surface registration

@@ -4,15 +4,14 @@
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "pictures/raycast.h"
+#include "solids/mesh_followed.h"
+#include "solids/solid_grid.h"
+#include "solids/solid_mesh.h"
 #include "springls/indices.h"
-#include "springls/mesh_followed.h"
 #include "springls/run_options.h"
-#include "springls/solid_grid.h"
 #include "springls_cl.h"
 #include "surface/mesh_check.h"
 #include "surface/mesh_local.h"
-#include "surface/mesh_simplify.h"
-#include "surface/mesh_slivers.h"
 #include "surface/mesh_weld.h"
 #include "surface/outer_skin.h"
 #include "surface/source_look.h"
@@ -43,8 +42,8 @@ struct mend {
     springls_mesh result;
     float *colors; /* of the result's vertices */
     struct source_look look; /* of a file with images */
-    double spacing, seconds, volume;
-    int components, euler;
+    springls_measures measures;
+    double spacing, seconds;
     int dropped; /* specks of the result */
 };
 
@@ -163,49 +162,10 @@ static bool carry_colors(struct mend *m, const int *triangles)
     return fine;
 }
 
-/* Moves the three numbers of each vertex that is left to its new place. Returns false if memory is short. */
-static bool gather(float *values, const int *kept, int count)
-{
-    float *moved = malloc(((size_t)count + 1) * 3 * sizeof *moved);
-    for (int v = 0; moved && values && v < count; ++v) {
-        memcpy(moved + 3 * (size_t)v, values + 3 * (size_t)kept[v], 3 * sizeof *moved);
-    }
-    const bool fine = moved != NULL;
-    if (moved && values) {
-        memcpy(values, moved, (size_t)count * 3 * sizeof *moved);
-    }
-    free(moved);
-    return fine;
-}
-
-/* Leaves as many triangles as asked for, with the normals and colors of the vertices left. */
+/* Leaves as many triangles as asked for. */
 static bool thin_out(struct mend *m)
 {
-    springls_mesh *mesh = &m->result;
-    if (m->triangles == 0 && m->tolerance == 0.0) {
-        return true;
-    }
-    int *kept = malloc(((size_t)mesh->vertex_count + 1) * sizeof *kept);
-    const bool fine = kept
-                      && mesh_simplify(mesh->positions, &mesh->vertex_count, mesh->triangles, &mesh->triangle_count, m->triangles,
-                                       m->tolerance * m->spacing, kept)
-                      && gather(mesh->normals, kept, mesh->vertex_count) && gather(m->colors, kept, mesh->vertex_count);
-    free(kept);
-    return fine;
-}
-
-/* Removes thin triangles, with the normals and colors of the vertices that go. */
-static bool remove_slivers(struct mend *m)
-{
-    const double tolerance = 0.03; /* voxels */
-    springls_mesh *mesh = &m->result;
-    int *kept = malloc(((size_t)mesh->vertex_count + 1) * sizeof *kept);
-    const bool fine = kept
-                      && mesh_remove_slivers(mesh->positions, &mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
-                                             tolerance * m->spacing, kept)
-                      && gather(mesh->normals, kept, mesh->vertex_count) && gather(m->colors, kept, mesh->vertex_count);
-    free(kept);
-    return fine;
+    return (m->triangles == 0 && m->tolerance == 0.0) || solid_thin_out(&m->result, m->triangles, m->tolerance * m->spacing, m->colors);
 }
 
 /* Prints why a call failed. */
@@ -215,35 +175,10 @@ static bool report_failure(const struct mend *m)
     return cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, *why ? why : "not enough memory") == CLI_CONTINUE;
 }
 
-static bool measure_result(struct mend *m)
-{
-    const springls_mesh *mesh = &m->result;
-    m->components = mesh_components(mesh->vertex_count, mesh->triangles, mesh->triangle_count);
-    m->volume = mesh_volume(mesh->positions, mesh->triangles, mesh->triangle_count);
-    m->euler = mesh->vertex_count - mesh->triangle_count / 2; /* a closed mesh has three edges for two triangles */
-    return m->components >= 0;
-}
-
-/* Leaves out what encloses so little that the skin would have left it out: hollows that were kept enclose more. */
-static bool drop_specks(struct mend *m)
-{
-    springls_mesh *mesh = &m->result;
-    const double largest = mesh_largest_volume(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count);
-    const double smallest = fmin(m->specks * m->spacing * m->spacing * m->spacing, OUTER_SKIN_SPECK_SHARE * largest);
-    m->dropped = largest < 0.0 ? -1 : mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count, smallest);
-    return m->dropped >= 0;
-}
-
-/* Extracts the surface: what the springls show, with sharp edges, but without what is left of sheets; or the zero level. */
+/* Extracts the surface without what encloses so little that the skin would have left it out: hollows that were kept enclose more. */
 static bool extract(struct mend *m)
 {
-    springls_mesh *mesh = &m->result;
-    springls_params params = m->params;
-    params.contouring = m->contouring;
-    if (springls_set_params(m->ctx, &params) != SPRINGLS_OK || springls_extract_mesh(m->ctx, mesh) != SPRINGLS_OK) {
-        return false;
-    }
-    return m->contouring == SPRINGLS_CONTOURING_LEVEL_SET || drop_specks(m);
+    return solid_extract(m->ctx, m->contouring, m->specks * m->spacing * m->spacing * m->spacing, &m->result, &m->dropped);
 }
 
 static bool make_solid(struct mend *m, springls_backend *backend)
@@ -262,7 +197,8 @@ static bool make_solid(struct mend *m, springls_backend *backend)
                                     (float)m->spacing, &m->followed)
                           == SPRINGLS_OK
                       && extract(m)
-                      && carry_colors(m, triangles) && remove_slivers(m) && thin_out(m) && color_by_look(m) && measure_result(m);
+                      && carry_colors(m, triangles) && solid_remove_slivers(&m->result, m->spacing, m->colors) && thin_out(m) && color_by_look(m)
+                      && solid_measure(&m->result, &m->measures);
     free(triangles);
     if (!fine) {
         return report_failure(m);
@@ -439,7 +375,7 @@ static bool write_picture(const struct mend *m)
     return fine;
 }
 
-static int genus(const struct mend *m) { return m->components - m->euler / 2; }
+static int genus(const struct mend *m) { return m->measures.components - m->measures.euler / 2; }
 
 static double share(const struct mend *m, double area) { return m->skin.area > 0.0 ? area / m->skin.area : 0.0; }
 
@@ -482,8 +418,8 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
     json_number(&json, "area_hidden", share(m, m->skin.hidden));
     json_number(&json, "area_followed", followed_area(m));
     json_bool(&json, "little", lost_much(m));
-    json_number(&json, "volume", m->volume);
-    json_integer(&json, "components", m->components);
+    json_number(&json, "volume", m->measures.volume);
+    json_integer(&json, "components", m->measures.components);
     json_integer(&json, "genus", genus(m));
     json_integer(&json, "triangles", m->result.triangle_count);
     json_number(&json, "seconds", m->seconds);
@@ -522,7 +458,7 @@ static void print(const struct mend *m)
     mesh_followed_text(&m->followed, text, sizeof text);
     printf("\n%-9s %s\n", "its skin", text);
     printf("%-9s volume %.6g, components %d, genus %d; follows %.1f %% of what is seen of the mesh; %d triangles, %.2f s\n", "the solid",
-           m->volume, m->components, genus(m), 100.0 * followed_area(m), m->result.triangle_count, m->seconds);
+           m->measures.volume, m->measures.components, genus(m), 100.0 * followed_area(m), m->result.triangle_count, m->seconds);
 }
 
 /* ---- the run ---- */
@@ -538,18 +474,6 @@ static bool warn_of_losses(const struct mend *m)
     fprintf(stderr, "mend: warning: %s: the solid follows %.1f %% of what is seen of the mesh: %s\n", m->input, 100.0 * followed_area(m),
             advice);
     return true;
-}
-
-/* Chooses what the result shows: the springls, which have sharp edges, unless the paper's set or --set have it otherwise. What the
- * level set has lost of the skin is measured on the zero level, by mesh_followed. */
-static int choose_contouring(struct mend *m)
-{
-    springls_params params = m->params;
-    params.contouring = strcmp(m->common.params, "paper") == 0 ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
-    const int status = run_set_members("mend", m->set, &params);
-    m->contouring = params.contouring;
-    m->params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
-    return status;
 }
 
 static int check_usage(struct mend *m)
@@ -634,7 +558,7 @@ int main(int argc, char **argv)
         status = run_options("mend", &m.common, m.set, &m.params);
     }
     if (status == CLI_CONTINUE) {
-        status = choose_contouring(&m);
+        status = solid_contouring("mend", m.common.params, m.set, &m.params, &m.contouring);
     }
     if (status == CLI_CONTINUE && m.out) {
         status = run_check_output("mend", m.out);

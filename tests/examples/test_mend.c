@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 
 #include "mesh_damage.h"
 #include "run_program.h"
+#include "surface/mesh_slivers.h"
 
 #include <sys/stat.h>
 

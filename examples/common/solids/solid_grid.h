@@ -1,6 +1,6 @@
 /* solid_grid.h - a grid of cubes around solids. */
-#ifndef EXAMPLES_SPRINGLS_SOLID_GRID_H
-#define EXAMPLES_SPRINGLS_SOLID_GRID_H
+#ifndef EXAMPLES_SOLIDS_SOLID_GRID_H
+#define EXAMPLES_SOLIDS_SOLID_GRID_H
 
 #include "springls.h"
 

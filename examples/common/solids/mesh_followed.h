@@ -1,6 +1,6 @@
 /* mesh_followed.h - how much of a mesh the model that was set from it follows: what nobody asked to lose is to be seen. */
-#ifndef EXAMPLES_SPRINGLS_MESH_FOLLOWED_H
-#define EXAMPLES_SPRINGLS_MESH_FOLLOWED_H
+#ifndef EXAMPLES_SOLIDS_MESH_FOLLOWED_H
+#define EXAMPLES_SOLIDS_MESH_FOLLOWED_H
 
 #include "springls.h"
 
