@@ -806,6 +806,7 @@
      >>shapes               src/input/shapes.h
      >>set_reference        src/input/set_reference.h
      >>set_level_set        src/input/set_level_set.h
+     >>voxel_block          src/model/voxel_block.h
      >>initial_edges        src/input/initial_edges.h
      >>set_mesh             src/input/set_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
@@ -4501,20 +4502,25 @@ SPRINGLS__MATHS float springls__grid_sample_from(const springls__grid *g, SPRING
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
-/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
-   axis. */
+/* Takes from a trilinear value at x, c, u (1 - u) / 2 times the second difference along each axis, `bend`. */
+SPRINGLS__MATHS float springls__third_order(springls__v3 x, float c, springls__v3 bend)
+{
+    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
+    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
+}
+
+/* Interpolates phi at x to third order. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);
     float c = springls__grid_sample(g, phi, x);
-    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
     int axis;
     for (axis = 0; axis < 3; axis++) {
         float before = springls__grid_sample(g, phi, springls__sub(x, step));
         bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);
         step = springls__v3_make(step.z, step.x, step.y);
     }
-    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
+    return springls__third_order(x, c, bend);
 }
 
 /* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */
@@ -24234,6 +24240,95 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
     springls__spoil_unless_finite(n, sizeof *n, out, count);
 }
 
+/* ======== >>voxel_block  (src/model/voxel_block.h) ============================================================= */
+/* voxel_block.h - the 4 x 4 x 4 voxels about a place, read once for all samples that a Newton step takes there: the same bits as those of
+   kernels_embed/model/grid.h, in a quarter of the time. */
+
+/* first: of the block. whole: all of it lies in the top table; otherwise samples are taken from the grid. */
+typedef struct springls__voxel_block {
+    const springls__grid *grid;
+    float first[3];
+    bool whole;
+    float phi[64];
+} springls__voxel_block;
+
+/* Reads the block whose first voxel is (i, j, k). */
+SPRINGLS__FN void springls__block_read(springls__voxel_block *block, int i, int j, int k)
+{
+    const springls__grid *g = block->grid;
+    int x, y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++) {
+            const int row = springls__voxel_in_brick(0, j + y, k + z);
+            const float *left = g->phi + (size_t)springls__slot_at(g, i, j + y, k + z) * SPRINGLS__BRICK_VOXELS + row;
+            const float *right = g->phi + (size_t)springls__slot_at(g, i + 3, j + y, k + z) * SPRINGLS__BRICK_VOXELS + row;
+            for (x = 0; x < 4; x++) block->phi[x + 4 * (y + 4 * z)] = ((i + x) >> 3 == i >> 3 ? left : right)[(i + x) & 7];
+        }
+}
+
+/* Returns the block about x, which serves places up to a voxel from there. */
+SPRINGLS__FN springls__voxel_block springls__voxel_block_about(const springls__grid *g, springls__v3 x)
+{
+    const springls__table *t = &g->table;
+    springls__voxel_block block;
+    int axis;
+    block.grid = g;
+    block.first[0] = springls__floor(x.x) - 1.0f;
+    block.first[1] = springls__floor(x.y) - 1.0f;
+    block.first[2] = springls__floor(x.z) - 1.0f;
+    block.whole = true;
+    for (axis = 0; axis < 3; axis++) /* NaN is not whole */
+        block.whole = block.whole && block.first[axis] >= (float)t->lower[axis] && block.first[axis] + 4.0f <= (float)t->upper[axis];
+    if (block.whole) springls__block_read(&block, (int)block.first[0], (int)block.first[1], (int)block.first[2]);
+    return block;
+}
+
+/* Returns springls__grid_sample of phi at x. */
+SPRINGLS__FN float springls__block_sample(const springls__voxel_block *block, springls__v3 x)
+{
+    const float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z);
+    const float a = i - block->first[0], b = j - block->first[1], c = k - block->first[2];
+    const float *v;
+    float corner[8];
+    if (!(block->whole && a >= 0.0f && b >= 0.0f && c >= 0.0f && a <= 2.0f && b <= 2.0f && c <= 2.0f))
+        return springls__grid_sample(block->grid, block->grid->phi, x);
+    v = block->phi + (int)a + 4 * (int)b + 16 * (int)c;
+    corner[0] = v[0];  corner[1] = v[1];  corner[2] = v[4];  corner[3] = v[5];
+    corner[4] = v[16]; corner[5] = v[17]; corner[6] = v[20]; corner[7] = v[21];
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
+}
+
+/* Returns the difference of the samples at x + (dx, dy, dz) and x - (dx, dy, dz), and their sum. */
+SPRINGLS__FN float springls__block_difference(const springls__voxel_block *block, springls__v3 x, springls__v3 step, float *sum)
+{
+    const float before = springls__block_sample(block, springls__sub(x, step)), after = springls__block_sample(block, springls__add(x, step));
+    *sum = before + after;
+    return after - before;
+}
+
+/* Returns springls__grid_gradient of phi at x. */
+SPRINGLS__FN springls__v3 springls__block_gradient(const springls__voxel_block *block, springls__v3 x)
+{
+    const float d = 0.5f;
+    float sum;
+    springls__v3 slope;
+    slope.x = springls__block_difference(block, x, springls__v3_make(d, 0.0f, 0.0f), &sum);
+    slope.y = springls__block_difference(block, x, springls__v3_make(0.0f, d, 0.0f), &sum);
+    slope.z = springls__block_difference(block, x, springls__v3_make(0.0f, 0.0f, d), &sum);
+    return slope;
+}
+
+/* Returns springls__grid_sample_smooth of phi at x. */
+SPRINGLS__FN float springls__block_sample_smooth(const springls__voxel_block *block, springls__v3 x)
+{
+    const float c = springls__block_sample(block, x);
+    springls__v3 sum;
+    springls__block_difference(block, x, springls__v3_make(1.0f, 0.0f, 0.0f), &sum.x);
+    springls__block_difference(block, x, springls__v3_make(0.0f, 1.0f, 0.0f), &sum.y);
+    springls__block_difference(block, x, springls__v3_make(0.0f, 0.0f, 1.0f), &sum.z);
+    return springls__third_order(x, c, springls__v3_make(sum.x - 2.0f * c, sum.y - 2.0f * c, sum.z - 2.0f * c));
+}
+
 /* ======== >>initial_edges  (src/input/initial_edges.h) ========================================================= */
 /* initial_edges.h - moves the initial springls of a level set that cut across a crease to one side of it: marching cubes cuts sharp
    edges off. */
@@ -24839,15 +24934,21 @@ SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ct
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
+/* Moves a point near the zero level of phi by a Newton step of up to half a voxel. */
+SPRINGLS__FN springls__v3 springls__newton_step(const springls__grid *g, springls__v3 x)
+{
+    const springls__voxel_block block = springls__voxel_block_about(g, x);
+    const springls__v3 n = springls__block_gradient(&block, x);
+    const float n2 = springls__length2(n);
+    if (!(n2 > 0.1f)) return x;
+    return springls__mad(x, n, -springls__clamp(springls__block_sample_smooth(&block, x) / n2, -0.5f, 0.5f));
+}
+
+/* Moves a point near the zero level of phi onto it, by three Newton steps. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
-    for (i = 0; i < 3; i++) {
-        springls__v3 n = springls__grid_gradient(g, g->phi, x);
-        float n2 = springls__length2(n);
-        if (n2 > 0.1f) x = springls__mad(x, n, -springls__clamp(springls__grid_sample_smooth(g, g->phi, x) / n2, -0.5f, 0.5f));
-    }
+    for (i = 0; i < 3; i++) x = springls__newton_step(g, x);
     return x;
 }
 
@@ -24909,6 +25010,13 @@ SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *c
     memset(vertices->known[(layer + 1) & 1], 0, sizeof vertices->known[0]);
 }
 
+/* Returns where the zero level crosses an edge of the cube at `at`. */
+SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3], int edge)
+{
+    const springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+    return springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+}
+
 /* Returns the vertex on an edge of the cube at `at`, on the zero level with project_initial = 1. */
 SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, const springls__initial_cubes *cubes,
                                                    springls__mc_cell cell, const int at[3], int edge,
@@ -24920,8 +25028,7 @@ SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, 
     n = place[0] + SPRINGLS__INITIAL_SIDE * (place[1] + SPRINGLS__INITIAL_SIDE * springls__mc_edge_axis(edge));
     layer = place[2] & 1;
     if (!vertices->known[layer][n]) {
-        springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
-        x = springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+        springls__v3 x = springls__initial_crossing(cubes, cell, at, edge);
         if (ctx->model.params.project_initial) x = springls__to_zero_level(&ctx->model.grid, x);
         vertices->at[layer][n] = x;
         vertices->known[layer][n] = true;
@@ -25006,22 +25113,36 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     return count;
 }
 
+/* Counts the initial springls of each active brick. Fails when there are none. */
+SPRINGLS__FN springls_status springls__count_initial(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
+    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
+    for (i = 0; i < bricks; i++)
+        if (springls__initial_before(&ctx->model)[i] > 0) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+}
+
+/* Makes the initial springls, `count`, that the scan has found. */
+SPRINGLS__FN springls_status springls__make_counted_springls(springls_context *ctx, int count)
+{
+    if (count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    springls__parallel(ctx, ctx->model.grid.active_count, 4, springls__make_initial_task, ctx);
+    springls__constellation_added(ctx, count);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
 /* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1). Fails when
    there are none. */
 SPRINGLS__FN springls_status springls__springls_of_level_set(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    int count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
-    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
-    count = springls__scan_initial_counts(ctx);
-    if (count == 0)
-        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
-                              "the level set has no zero inside the grid, or is steeper than a distance");
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
-    springls__parallel(ctx, bricks, 4, springls__make_initial_task, ctx);
-    springls__constellation_added(ctx, count);
-    springls__constellation_changed(ctx);
+    SPRINGLS__TRY(springls__count_initial(ctx));
+    SPRINGLS__TRY(springls__make_counted_springls(ctx, springls__scan_initial_counts(ctx)));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "max_springls leaves room for no springl");
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return SPRINGLS_OK;
 }
@@ -33299,7 +33420,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1159 \"springls.h\"\n",
+    "#line 1160 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33413,7 +33534,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2486 \"springls.h\"\n",
+    "#line 2487 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33529,7 +33650,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2603 \"springls.h\"\n",
+    "#line 2604 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33551,7 +33672,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2626 \"springls.h\"\n",
+    "#line 2627 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33566,7 +33687,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2642 \"springls.h\"\n",
+    "#line 2643 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33690,7 +33811,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2766 \"springls.h\"\n",
+    "#line 2767 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33760,7 +33881,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2837 \"springls.h\"\n",
+    "#line 2838 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -33980,7 +34101,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3058 \"springls.h\"\n",
+    "#line 3059 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33995,7 +34116,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3073 \"springls.h\"\n",
+    "#line 3074 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34119,14 +34240,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3197 \"springls.h\"\n",
+    "#line 3198 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3205 \"springls.h\"\n",
+    "#line 3206 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34252,7 +34373,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3332 \"springls.h\"\n",
+    "#line 3333 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34307,7 +34428,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3388 \"springls.h\"\n",
+    "#line 3389 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34396,7 +34517,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3478 \"springls.h\"\n",
+    "#line 3479 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34408,7 +34529,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3490 \"springls.h\"\n",
+    "#line 3491 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34423,7 +34544,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3506 \"springls.h\"\n",
+    "#line 3507 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34467,7 +34588,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3550 \"springls.h\"\n",
+    "#line 3551 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34482,7 +34603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3565 \"springls.h\"\n",
+    "#line 3566 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34526,7 +34647,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3609 \"springls.h\"\n",
+    "#line 3610 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34605,7 +34726,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3688 \"springls.h\"\n",
+    "#line 3689 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34620,7 +34741,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3704 \"springls.h\"\n",
+    "#line 3705 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34687,7 +34808,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3771 \"springls.h\"\n",
+    "#line 3772 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34702,7 +34823,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3786 \"springls.h\"\n",
+    "#line 3787 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34769,7 +34890,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3854 \"springls.h\"\n",
+    "#line 3855 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35155,7 +35276,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4241 \"springls.h\"\n",
+    "#line 4242 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35419,20 +35540,25 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
     "}\n",
     "\n",
-    "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
-    "   axis. */\n",
+    "/* Takes from a trilinear value at x, c, u (1 - u) / 2 times the second difference along each axis, `bend`. */\n",
+    "SPRINGLS__MATHS float springls__third_order(springls__v3 x, float c, springls__v3 bend)\n",
+    "{\n",
+    "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
+    "    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);\n",
+    "}\n",
+    "\n",
+    "/* Interpolates phi at x to third order. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
-    "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
     "    int axis;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        float before = springls__grid_sample(g, phi, springls__sub(x, step));\n",
     "        bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);\n",
     "        step = springls__v3_make(step.z, step.x, step.y);\n",
     "    }\n",
-    "    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);\n",
+    "    return springls__third_order(x, c, bend);\n",
     "}\n",
     "\n",
     "/* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */\n",
@@ -35859,7 +35985,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4946 \"springls.h\"\n",
+    "#line 4952 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36119,7 +36245,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5207 \"springls.h\"\n",
+    "#line 5213 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36321,7 +36447,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5410 \"springls.h\"\n",
+    "#line 5416 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36438,7 +36564,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5528 \"springls.h\"\n",
+    "#line 5534 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36635,7 +36761,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5725 \"springls.h\"\n",
+    "#line 5731 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36650,7 +36776,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5741 \"springls.h\"\n",
+    "#line 5747 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36844,7 +36970,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5935 \"springls.h\"\n",
+    "#line 5941 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36859,7 +36985,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5950 \"springls.h\"\n",
+    "#line 5956 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37053,7 +37179,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6745 \"springls.h\"\n",
+    "#line 6751 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37453,7 +37579,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7146 \"springls.h\"\n",
+    "#line 7152 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37479,7 +37605,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7173 \"springls.h\"\n",
+    "#line 7179 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37567,7 +37693,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7262 \"springls.h\"\n",
+    "#line 7268 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37707,7 +37833,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7403 \"springls.h\"\n",
+    "#line 7409 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37812,7 +37938,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7509 \"springls.h\"\n",
+    "#line 7515 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38044,7 +38170,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7742 \"springls.h\"\n",
+    "#line 7748 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38074,7 +38200,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7772 \"springls.h\"\n",
+    "#line 7778 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38089,7 +38215,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7788 \"springls.h\"\n",
+    "#line 7794 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38258,7 +38384,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7957 \"springls.h\"\n",
+    "#line 7963 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38273,7 +38399,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7972 \"springls.h\"\n",
+    "#line 7978 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38442,7 +38568,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8141 \"springls.h\"\n",
+    "#line 8147 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38496,7 +38622,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8196 \"springls.h\"\n",
+    "#line 8202 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38522,7 +38648,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8222 \"springls.h\"\n",
+    "#line 8228 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38537,7 +38663,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8238 \"springls.h\"\n",
+    "#line 8244 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38620,7 +38746,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8321 \"springls.h\"\n",
+    "#line 8327 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38635,7 +38761,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8336 \"springls.h\"\n",
+    "#line 8342 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38718,7 +38844,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8419 \"springls.h\"\n",
+    "#line 8425 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38792,7 +38918,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8494 \"springls.h\"\n",
+    "#line 8500 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39345,7 +39471,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9048 \"springls.h\"\n",
+    "#line 9054 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39441,7 +39567,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9145 \"springls.h\"\n",
+    "#line 9151 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39562,7 +39688,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9267 \"springls.h\"\n",
+    "#line 9273 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39843,7 +39969,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9549 \"springls.h\"\n",
+    "#line 9555 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -39929,7 +40055,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9636 \"springls.h\"\n",
+    "#line 9642 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40072,7 +40198,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9780 \"springls.h\"\n",
+    "#line 9786 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40261,7 +40387,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9970 \"springls.h\"\n",
+    "#line 9976 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40386,7 +40512,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10096 \"springls.h\"\n",
+    "#line 10102 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40420,7 +40546,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10131 \"springls.h\"\n",
+    "#line 10137 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -40958,7 +41084,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10670 \"springls.h\"\n",
+    "#line 10676 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41108,7 +41234,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10821 \"springls.h\"\n",
+    "#line 10827 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41186,7 +41312,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10900 \"springls.h\"\n",
+    "#line 10906 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41435,7 +41561,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11150 \"springls.h\"\n",
+    "#line 11156 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41660,7 +41786,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11376 \"springls.h\"\n",
+    "#line 11382 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41764,7 +41890,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11481 \"springls.h\"\n",
+    "#line 11487 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41861,7 +41987,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11579 \"springls.h\"\n",
+    "#line 11585 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42399,7 +42525,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12118 \"springls.h\"\n",
+    "#line 12124 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42432,7 +42558,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12152 \"springls.h\"\n",
+    "#line 12158 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42457,14 +42583,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12178 \"springls.h\"\n",
+    "#line 12184 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12185 \"springls.h\"\n",
+    "#line 12191 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42479,7 +42605,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12201 \"springls.h\"\n",
+    "#line 12207 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42605,7 +42731,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12327 \"springls.h\"\n",
+    "#line 12333 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42620,7 +42746,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12342 \"springls.h\"\n",
+    "#line 12348 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42746,7 +42872,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12469 \"springls.h\"\n",
+    "#line 12475 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43038,7 +43164,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12762 \"springls.h\"\n",
+    "#line 12768 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43173,7 +43299,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17406 \"springls.h\"\n",
+    "#line 17412 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44236,7 +44362,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18470 \"springls.h\"\n",
+    "#line 18476 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44833,7 +44959,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19068 \"springls.h\"\n",
+    "#line 19074 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45430,7 +45556,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45434 \"springls.h\"\n",
+    "#line 45560 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -46593,19 +46719,146 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
 
-/* ---- the call ---- */
+/* ---- what is awake already ---- */
 
-/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
-SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
+   it cuts, however many came before it without a step between. */
+
+/* The calm of all slots while a combination, or a pass over its gaps, has its own, and the bricks that they had. */
+typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
+
+/* Puts the calm of the model aside: all of it is asleep, until what follows ends the calm of what it changes. Where nothing may sleep it
+   does nothing. */
+SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
 {
-    const int max_passes = 6;
-    int i, before = -1;
-    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
-        before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    }
+    const springls__grid *g = &ctx->model.grid;
+    const size_t slot_count = (size_t)g->slot_count;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
+    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    aside->slot_count = g->slot_count;
+    springls__rest_all(ctx);
     return SPRINGLS_OK;
 }
+
+/* Goes back to the calm that was put aside, where it has not been ended since. */
+SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *before = (const uint8_t *)aside->calm.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i, o;
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
+        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
+            if (before[o] < g->calm[o]) g->calm[o] = before[o];
+}
+
+SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__calm_aside *aside)
+{
+    springls__buffer_free(ctx, &aside->calm);
+    springls__buffer_free(ctx, &aside->bricks);
+}
+
+/* ---- gaps ---- */
+
+/* Which bricks are awake, put aside while fewer of them are to be. */
+typedef struct springls__awake_aside {
+    springls__calm_aside calm;
+    springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
+    int slot_count, asleep_count, some_asleep;
+    bool at_rest;
+} springls__awake_aside;
+
+SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t slot_count = (size_t)g->slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    memcpy(aside->awake.data, g->awake, slot_count);
+    memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
+    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    aside->slot_count = g->slot_count;
+    aside->asleep_count = ctx->model.cells.asleep_count;
+    aside->some_asleep = g->some_asleep;
+    aside->at_rest = ctx->at_rest;
+    return SPRINGLS_OK;
+}
+
+/* Wakes what was awake; bricks that have come since are new, and so awake. */
+SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls__awake_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *awake = (const uint8_t *)aside->awake.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i;
+    for (i = SPRINGLS__FIRST_SLOT; i < g->slot_count; i++) {
+        const bool was_there = i < aside->slot_count && g->slot_brick[i] == brick[i];
+        if (g->slot_brick[i] < 0) continue;
+        g->awake[i] = was_there ? awake[i] : 1;
+        g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
+    }
+    springls__find_sleepers(ctx);
+    ctx->model.cells.asleep_count = aside->asleep_count;
+    g->some_asleep = aside->some_asleep;
+    ctx->at_rest = aside->at_rest;
+}
+
+/* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
+SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int first, springls__awake_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *awake = (const uint8_t *)aside->awake.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
+    springls__put_calm_back(ctx, &aside->calm);
+    SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
+    SPRINGLS__TRY(springls__find_awake(ctx));
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
+        if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
+    springls__find_sleepers(ctx);
+    g->some_asleep = 1;
+    return SPRINGLS_OK;
+}
+
+/* Runs fill_gaps again where it has added the springls from number `first` on, until it adds none, at most five times. */
+SPRINGLS__FN springls_status springls__fill_again(springls_context *ctx, int first, springls__awake_aside *aside)
+{
+    const int max_passes = 5;
+    int i;
+    SPRINGLS__TRY(springls__put_awake_aside(ctx, aside));
+    for (i = 0; i < max_passes && first != ctx->model.set.count; i++) {
+        SPRINGLS__TRY(springls__wake_beside(ctx, first, aside));
+        first = ctx->model.set.count;
+        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
+    }
+    springls__put_calm_back(ctx, &aside->calm);
+    if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, aside);
+    return SPRINGLS_OK;
+}
+
+/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. From the second time on only bricks beside
+   new springls are awake: elsewhere it would find what it has found. */
+SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    springls__awake_aside aside;
+    springls_status status;
+    SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
+    if (count == ctx->model.set.count) return SPRINGLS_OK;
+    memset(&aside, 0, sizeof aside);
+    status = springls__fill_again(ctx, count, &aside);
+    springls__calm_aside_free(ctx, &aside.calm);
+    springls__buffer_free(ctx, &aside.awake);
+    springls__buffer_free(ctx, &aside.bricks);
+    return status;
+}
+
+/* ---- the call ---- */
 
 /* Completes a model whose springls and phi were changed, where it is awake: finds its edges, and fills its gaps. project: projects phi onto
    the springls too, if params.project_level_set is set. */
@@ -46622,43 +46875,6 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
         SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
-}
-
-/* ---- what is awake already ---- */
-
-/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
-   it cuts, however many came before it without a step between. */
-
-/* The calm of all slots while a combination has its own, and the bricks that they had. */
-typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
-
-/* Puts the calm of the model aside: all of it is asleep, until the combination ends the calm of what it changes. Where nothing may sleep it
-   does nothing. */
-SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
-    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
-    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
-    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
-    aside->slot_count = g->slot_count;
-    springls__rest_all(ctx);
-    return SPRINGLS_OK;
-}
-
-/* Goes back to the calm that was put aside, where the combination has not ended it. */
-SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
-{
-    springls__grid *g = &ctx->model.grid;
-    const uint8_t *before = (const uint8_t *)aside->calm.data;
-    const int *brick = (const int *)aside->bricks.data;
-    int i, o;
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
-        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
-            if (before[o] < g->calm[o]) g->calm[o] = before[o];
-    if (aside->slot_count) springls__find_awake(ctx);
 }
 
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
@@ -46716,9 +46932,11 @@ SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, 
     memset(&aside, 0, sizeof aside);
     status = springls__put_calm_aside(ctx, &aside);
     if (status == SPRINGLS_OK) status = springls__combine(ctx, operation, other, surfaces);
-    if (status == SPRINGLS_OK) springls__put_calm_back(ctx, &aside);
-    springls__buffer_free(ctx, &aside.calm);
-    springls__buffer_free(ctx, &aside.bricks);
+    if (status == SPRINGLS_OK) {
+        springls__put_calm_back(ctx, &aside);
+        if (aside.slot_count) springls__find_awake(ctx);
+    }
+    springls__calm_aside_free(ctx, &aside);
     springls__surface_free(ctx, &surfaces[0]);
     springls__surface_free(ctx, &surfaces[1]);
     return springls__clear_on_failure(ctx, status);
@@ -46808,16 +47026,23 @@ typedef struct springls__follow_job {
     uint8_t *action; /* KEEP or REMOVE, a springl */
 } springls__follow_job;
 
+#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from those that face like it is of a part of its own */
+
 /* Draws a springl onto the zero level of the new level set. Returns false where that is out of reach, or faces another way. */
 SPRINGLS__FN bool springls__draw_to_level_set(const springls__follow_job *job, springls__springl *s)
 {
     const springls__grid *g = &job->other->model.grid;
-    const float facing = 0.2f, off = 0.1f; /* cosine; voxels */
+    const float facing = 0.2f, off = 0.1f, arrived = 1e-3f; /* cosine; voxels */
     const springls__v3 n = springls__springl_normal(*s);
-    springls__v3 x = s->p, gradient, moved;
+    const int max_steps = 6;
+    springls__v3 x = s->p, before, gradient, moved;
     int i;
     if (springls__fabs(springls__grid_sample(g, g->phi, x)) > job->reach) return false;
-    for (i = 0; i < 2; i++) x = springls__to_zero_level(g, x);
+    for (i = 0; i < max_steps; i++) {
+        before = x;
+        x = springls__newton_step(g, x);
+        if (springls__length2(springls__sub(x, before)) < arrived * arrived) break;
+    }
     gradient = springls__normalize(springls__grid_gradient(g, g->phi, x));
     moved = springls__sub(x, s->p);
     if (springls__fabs(springls__grid_sample(g, g->phi, x)) > off || springls__dot(gradient, n) < facing
@@ -46895,6 +47120,60 @@ SPRINGLS__FN springls_status springls__drop_left_behind(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is one
+   at most places. */
+SPRINGLS__FN bool springls__is_beside_kept(const springls__follow_job *job, springls__v3 x, springls__v3 n, float radius)
+{
+    const springls__model *model = &job->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__min(0.75f, radius));
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= walk.r2
+            && springls__dot(springls__tri_area2(springls__springl_tri(model->set.s[i])), n) >= 0.0f) return true;
+    return springls__nearest_springl_facing(model, x, n, radius) >= 0;
+}
+
+/* Returns whether active brick i of the new level set has a triangle beside which no springl has been kept. */
+SPRINGLS__FN bool springls__has_isolated(const springls__follow_job *job, int i)
+{
+    const float beside = SPRINGLS__ISOLATED - 1.0f; /* springls are made within a voxel of their triangles */
+    const springls__initial_cubes cubes = springls__initial_cubes_of(job->other, i);
+    int at[3], k;
+    memcpy(at, cubes.lo, sizeof at);
+    do {
+        const springls__mc_cell cell = springls__initial_cell(&job->other->model.grid, at, cubes.stride);
+        const int mask = springls__mc_case(cell), triangles = springls__mc_count(mask);
+        for (k = 0; k < triangles; k++) {
+            springls__tri t;
+            t.a = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 0));
+            t.b = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 1));
+            t.c = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 2));
+            if (!springls__is_beside_kept(job, springls__tri_centroid(t), springls__tri_normal(t), beside)) return true;
+        }
+    } while (springls__next_initial_cube(&cubes, at));
+    return false;
+}
+
+/* Forgets the springls of bricks that have none to be copied: initial_before counts them. */
+SPRINGLS__FN void springls__pass_over_task(void *arg, int begin, int end)
+{
+    const springls__follow_job *job = (const springls__follow_job *)arg;
+    int *before = springls__initial_before(&job->other->model);
+    for (; begin < end; begin++)
+        if (before[begin] > 0 && !springls__has_isolated(job, begin)) before[begin] = 0;
+}
+
+/* Makes the springls of the new level set in the bricks where some are isolated. */
+SPRINGLS__FN springls_status springls__make_isolated(springls__follow_job *job)
+{
+    springls_context *ctx = job->ctx, *other = job->other;
+    springls_status status;
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    springls__parallel(ctx, other->model.grid.active_count, 2, springls__pass_over_task, job);
+    status = springls__make_counted_springls(other, springls__scan_initial_counts(other));
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "follow_level_set: %.200s", other->error);
+}
+
 /* Marks the springls of the new level set that no kept one is near, to be copied. */
 SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
 {
@@ -46902,8 +47181,8 @@ SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
     const springls__model *from = &job->other->model;
     for (; begin < end; begin++) {
         const springls__springl *s = &from->set.s[begin];
-        const int nearest = springls__nearest_springl_facing(&job->ctx->model, s->p, springls__springl_normal(*s), 3.0f);
-        springls__contract_action(from)[begin] = (uint8_t)(nearest < 0 ? SPRINGLS__KEEP : SPRINGLS__REMOVE);
+        const bool beside = springls__is_beside_kept(job, s->p, springls__springl_normal(*s), SPRINGLS__ISOLATED);
+        springls__contract_action(from)[begin] = (uint8_t)(beside ? SPRINGLS__REMOVE : SPRINGLS__KEEP);
     }
 }
 
@@ -46921,7 +47200,7 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
     const int count = ctx->model.set.count;
     const springls__side_rule none = springls__rule_of(&other->model.grid, NULL, SPRINGLS_OPERATION_UNION, true);
     int i;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__make_isolated(job));
     if (SPRINGLS__RESERVE(other, contract_action, other->model.set.count) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "follow_level_set: out of memory");
     springls__parallel(ctx, other->model.set.count, 64, springls__isolated_task, job);
@@ -46986,7 +47265,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     return springls__complete_model(ctx, false);
 }
 
-/* Makes the model that holds the new level set, with springls where it is zero. */
+/* Makes the model that holds the new level set, and counts the triangles of its zero. */
 SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, const springls_follow_desc *desc, springls_context **other)
 {
     springls__implicit_job job;
@@ -47003,7 +47282,7 @@ SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, cons
     if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi);
     else status = springls__set_from_distance(made, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && !desc->phi) status = springls__redistance_in_voxels(made);
-    if (status == SPRINGLS_OK) status = springls__springls_of_level_set(made);
+    if (status == SPRINGLS_OK) status = springls__count_initial(made);
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "follow_level_set: %.200s", made->error);
 }
 

@@ -265,20 +265,25 @@ SPRINGLS__MATHS float springls__grid_sample_from(const springls__grid *g, SPRING
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
-/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
-   axis. */
+/* Takes from a trilinear value at x, c, u (1 - u) / 2 times the second difference along each axis, `bend`. */
+SPRINGLS__MATHS float springls__third_order(springls__v3 x, float c, springls__v3 bend)
+{
+    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
+    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
+}
+
+/* Interpolates phi at x to third order. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);
     float c = springls__grid_sample(g, phi, x);
-    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
     int axis;
     for (axis = 0; axis < 3; axis++) {
         float before = springls__grid_sample(g, phi, springls__sub(x, step));
         bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);
         step = springls__v3_make(step.z, step.x, step.y);
     }
-    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
+    return springls__third_order(x, c, bend);
 }
 
 /* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */

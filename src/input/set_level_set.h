@@ -14,6 +14,7 @@
 #include "../model/grid.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
+#include "../model/voxel_block.h"
 #include "../stages/rebuild.h"
 #include "initial_edges.h"
 
@@ -494,15 +495,21 @@ SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ct
 
 /* ---- the initial springls ---- */
 
-/* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
+/* Moves a point near the zero level of phi by a Newton step of up to half a voxel. */
+SPRINGLS__FN springls__v3 springls__newton_step(const springls__grid *g, springls__v3 x)
+{
+    const springls__voxel_block block = springls__voxel_block_about(g, x);
+    const springls__v3 n = springls__block_gradient(&block, x);
+    const float n2 = springls__length2(n);
+    if (!(n2 > 0.1f)) return x;
+    return springls__mad(x, n, -springls__clamp(springls__block_sample_smooth(&block, x) / n2, -0.5f, 0.5f));
+}
+
+/* Moves a point near the zero level of phi onto it, by three Newton steps. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
-    for (i = 0; i < 3; i++) {
-        springls__v3 n = springls__grid_gradient(g, g->phi, x);
-        float n2 = springls__length2(n);
-        if (n2 > 0.1f) x = springls__mad(x, n, -springls__clamp(springls__grid_sample_smooth(g, g->phi, x) / n2, -0.5f, 0.5f));
-    }
+    for (i = 0; i < 3; i++) x = springls__newton_step(g, x);
     return x;
 }
 
@@ -564,6 +571,13 @@ SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *c
     memset(vertices->known[(layer + 1) & 1], 0, sizeof vertices->known[0]);
 }
 
+/* Returns where the zero level crosses an edge of the cube at `at`. */
+SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3], int edge)
+{
+    const springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+    return springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+}
+
 /* Returns the vertex on an edge of the cube at `at`, on the zero level with project_initial = 1. */
 SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, const springls__initial_cubes *cubes,
                                                    springls__mc_cell cell, const int at[3], int edge,
@@ -575,8 +589,7 @@ SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, 
     n = place[0] + SPRINGLS__INITIAL_SIDE * (place[1] + SPRINGLS__INITIAL_SIDE * springls__mc_edge_axis(edge));
     layer = place[2] & 1;
     if (!vertices->known[layer][n]) {
-        springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
-        x = springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+        springls__v3 x = springls__initial_crossing(cubes, cell, at, edge);
         if (ctx->model.params.project_initial) x = springls__to_zero_level(&ctx->model.grid, x);
         vertices->at[layer][n] = x;
         vertices->known[layer][n] = true;
@@ -661,22 +674,36 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     return count;
 }
 
+/* Counts the initial springls of each active brick. Fails when there are none. */
+SPRINGLS__FN springls_status springls__count_initial(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int i;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
+    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
+    for (i = 0; i < bricks; i++)
+        if (springls__initial_before(&ctx->model)[i] > 0) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+}
+
+/* Makes the initial springls, `count`, that the scan has found. */
+SPRINGLS__FN springls_status springls__make_counted_springls(springls_context *ctx, int count)
+{
+    if (count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    springls__parallel(ctx, ctx->model.grid.active_count, 4, springls__make_initial_task, ctx);
+    springls__constellation_added(ctx, count);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
 /* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1). Fails when
    there are none. */
 SPRINGLS__FN springls_status springls__springls_of_level_set(springls_context *ctx)
 {
-    const int bricks = ctx->model.grid.active_count;
-    int count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
-    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
-    count = springls__scan_initial_counts(ctx);
-    if (count == 0)
-        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
-                              "the level set has no zero inside the grid, or is steeper than a distance");
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
-    springls__parallel(ctx, bricks, 4, springls__make_initial_task, ctx);
-    springls__constellation_added(ctx, count);
-    springls__constellation_changed(ctx);
+    SPRINGLS__TRY(springls__count_initial(ctx));
+    SPRINGLS__TRY(springls__make_counted_springls(ctx, springls__scan_initial_counts(ctx)));
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "max_springls leaves room for no springl");
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return SPRINGLS_OK;
 }

@@ -659,19 +659,146 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
 
-/* ---- the call ---- */
+/* ---- what is awake already ---- */
 
-/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. */
-SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
+   it cuts, however many came before it without a step between. */
+
+/* The calm of all slots while a combination, or a pass over its gaps, has its own, and the bricks that they had. */
+typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
+
+/* Puts the calm of the model aside: all of it is asleep, until what follows ends the calm of what it changes. Where nothing may sleep it
+   does nothing. */
+SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
 {
-    const int max_passes = 6;
-    int i, before = -1;
-    for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
-        before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    }
+    const springls__grid *g = &ctx->model.grid;
+    const size_t slot_count = (size_t)g->slot_count;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
+    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    aside->slot_count = g->slot_count;
+    springls__rest_all(ctx);
     return SPRINGLS_OK;
 }
+
+/* Goes back to the calm that was put aside, where it has not been ended since. */
+SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *before = (const uint8_t *)aside->calm.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i, o;
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
+        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
+            if (before[o] < g->calm[o]) g->calm[o] = before[o];
+}
+
+SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__calm_aside *aside)
+{
+    springls__buffer_free(ctx, &aside->calm);
+    springls__buffer_free(ctx, &aside->bricks);
+}
+
+/* ---- gaps ---- */
+
+/* Which bricks are awake, put aside while fewer of them are to be. */
+typedef struct springls__awake_aside {
+    springls__calm_aside calm;
+    springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
+    int slot_count, asleep_count, some_asleep;
+    bool at_rest;
+} springls__awake_aside;
+
+SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t slot_count = (size_t)g->slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    memcpy(aside->awake.data, g->awake, slot_count);
+    memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
+    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    aside->slot_count = g->slot_count;
+    aside->asleep_count = ctx->model.cells.asleep_count;
+    aside->some_asleep = g->some_asleep;
+    aside->at_rest = ctx->at_rest;
+    return SPRINGLS_OK;
+}
+
+/* Wakes what was awake; bricks that have come since are new, and so awake. */
+SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls__awake_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *awake = (const uint8_t *)aside->awake.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i;
+    for (i = SPRINGLS__FIRST_SLOT; i < g->slot_count; i++) {
+        const bool was_there = i < aside->slot_count && g->slot_brick[i] == brick[i];
+        if (g->slot_brick[i] < 0) continue;
+        g->awake[i] = was_there ? awake[i] : 1;
+        g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
+    }
+    springls__find_sleepers(ctx);
+    ctx->model.cells.asleep_count = aside->asleep_count;
+    g->some_asleep = aside->some_asleep;
+    ctx->at_rest = aside->at_rest;
+}
+
+/* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
+SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int first, springls__awake_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *awake = (const uint8_t *)aside->awake.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
+    springls__put_calm_back(ctx, &aside->calm);
+    SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
+    springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
+    SPRINGLS__TRY(springls__find_awake(ctx));
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
+        if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
+    springls__find_sleepers(ctx);
+    g->some_asleep = 1;
+    return SPRINGLS_OK;
+}
+
+/* Runs fill_gaps again where it has added the springls from number `first` on, until it adds none, at most five times. */
+SPRINGLS__FN springls_status springls__fill_again(springls_context *ctx, int first, springls__awake_aside *aside)
+{
+    const int max_passes = 5;
+    int i;
+    SPRINGLS__TRY(springls__put_awake_aside(ctx, aside));
+    for (i = 0; i < max_passes && first != ctx->model.set.count; i++) {
+        SPRINGLS__TRY(springls__wake_beside(ctx, first, aside));
+        first = ctx->model.set.count;
+        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
+    }
+    springls__put_calm_back(ctx, &aside->calm);
+    if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, aside);
+    return SPRINGLS_OK;
+}
+
+/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. From the second time on only bricks beside
+   new springls are awake: elsewhere it would find what it has found. */
+SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    springls__awake_aside aside;
+    springls_status status;
+    SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
+    if (count == ctx->model.set.count) return SPRINGLS_OK;
+    memset(&aside, 0, sizeof aside);
+    status = springls__fill_again(ctx, count, &aside);
+    springls__calm_aside_free(ctx, &aside.calm);
+    springls__buffer_free(ctx, &aside.awake);
+    springls__buffer_free(ctx, &aside.bricks);
+    return status;
+}
+
+/* ---- the call ---- */
 
 /* Completes a model whose springls and phi were changed, where it is awake: finds its edges, and fills its gaps. project: projects phi onto
    the springls too, if params.project_level_set is set. */
@@ -688,43 +815,6 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
         SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
-}
-
-/* ---- what is awake already ---- */
-
-/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
-   it cuts, however many came before it without a step between. */
-
-/* The calm of all slots while a combination has its own, and the bricks that they had. */
-typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
-
-/* Puts the calm of the model aside: all of it is asleep, until the combination ends the calm of what it changes. Where nothing may sleep it
-   does nothing. */
-SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
-    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
-    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
-    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
-    aside->slot_count = g->slot_count;
-    springls__rest_all(ctx);
-    return SPRINGLS_OK;
-}
-
-/* Goes back to the calm that was put aside, where the combination has not ended it. */
-SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
-{
-    springls__grid *g = &ctx->model.grid;
-    const uint8_t *before = (const uint8_t *)aside->calm.data;
-    const int *brick = (const int *)aside->bricks.data;
-    int i, o;
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
-        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
-            if (before[o] < g->calm[o]) g->calm[o] = before[o];
-    if (aside->slot_count) springls__find_awake(ctx);
 }
 
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
@@ -782,9 +872,11 @@ SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, 
     memset(&aside, 0, sizeof aside);
     status = springls__put_calm_aside(ctx, &aside);
     if (status == SPRINGLS_OK) status = springls__combine(ctx, operation, other, surfaces);
-    if (status == SPRINGLS_OK) springls__put_calm_back(ctx, &aside);
-    springls__buffer_free(ctx, &aside.calm);
-    springls__buffer_free(ctx, &aside.bricks);
+    if (status == SPRINGLS_OK) {
+        springls__put_calm_back(ctx, &aside);
+        if (aside.slot_count) springls__find_awake(ctx);
+    }
+    springls__calm_aside_free(ctx, &aside);
     springls__surface_free(ctx, &surfaces[0]);
     springls__surface_free(ctx, &surfaces[1]);
     return springls__clear_on_failure(ctx, status);

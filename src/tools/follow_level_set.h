@@ -18,16 +18,23 @@ typedef struct springls__follow_job {
     uint8_t *action; /* KEEP or REMOVE, a springl */
 } springls__follow_job;
 
+#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from those that face like it is of a part of its own */
+
 /* Draws a springl onto the zero level of the new level set. Returns false where that is out of reach, or faces another way. */
 SPRINGLS__FN bool springls__draw_to_level_set(const springls__follow_job *job, springls__springl *s)
 {
     const springls__grid *g = &job->other->model.grid;
-    const float facing = 0.2f, off = 0.1f; /* cosine; voxels */
+    const float facing = 0.2f, off = 0.1f, arrived = 1e-3f; /* cosine; voxels */
     const springls__v3 n = springls__springl_normal(*s);
-    springls__v3 x = s->p, gradient, moved;
+    const int max_steps = 6;
+    springls__v3 x = s->p, before, gradient, moved;
     int i;
     if (springls__fabs(springls__grid_sample(g, g->phi, x)) > job->reach) return false;
-    for (i = 0; i < 2; i++) x = springls__to_zero_level(g, x);
+    for (i = 0; i < max_steps; i++) {
+        before = x;
+        x = springls__newton_step(g, x);
+        if (springls__length2(springls__sub(x, before)) < arrived * arrived) break;
+    }
     gradient = springls__normalize(springls__grid_gradient(g, g->phi, x));
     moved = springls__sub(x, s->p);
     if (springls__fabs(springls__grid_sample(g, g->phi, x)) > off || springls__dot(gradient, n) < facing
@@ -105,6 +112,60 @@ SPRINGLS__FN springls_status springls__drop_left_behind(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is one
+   at most places. */
+SPRINGLS__FN bool springls__is_beside_kept(const springls__follow_job *job, springls__v3 x, springls__v3 n, float radius)
+{
+    const springls__model *model = &job->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__min(0.75f, radius));
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= walk.r2
+            && springls__dot(springls__tri_area2(springls__springl_tri(model->set.s[i])), n) >= 0.0f) return true;
+    return springls__nearest_springl_facing(model, x, n, radius) >= 0;
+}
+
+/* Returns whether active brick i of the new level set has a triangle beside which no springl has been kept. */
+SPRINGLS__FN bool springls__has_isolated(const springls__follow_job *job, int i)
+{
+    const float beside = SPRINGLS__ISOLATED - 1.0f; /* springls are made within a voxel of their triangles */
+    const springls__initial_cubes cubes = springls__initial_cubes_of(job->other, i);
+    int at[3], k;
+    memcpy(at, cubes.lo, sizeof at);
+    do {
+        const springls__mc_cell cell = springls__initial_cell(&job->other->model.grid, at, cubes.stride);
+        const int mask = springls__mc_case(cell), triangles = springls__mc_count(mask);
+        for (k = 0; k < triangles; k++) {
+            springls__tri t;
+            t.a = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 0));
+            t.b = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 1));
+            t.c = springls__initial_crossing(&cubes, cell, at, springls__mc_edge(mask, k, 2));
+            if (!springls__is_beside_kept(job, springls__tri_centroid(t), springls__tri_normal(t), beside)) return true;
+        }
+    } while (springls__next_initial_cube(&cubes, at));
+    return false;
+}
+
+/* Forgets the springls of bricks that have none to be copied: initial_before counts them. */
+SPRINGLS__FN void springls__pass_over_task(void *arg, int begin, int end)
+{
+    const springls__follow_job *job = (const springls__follow_job *)arg;
+    int *before = springls__initial_before(&job->other->model);
+    for (; begin < end; begin++)
+        if (before[begin] > 0 && !springls__has_isolated(job, begin)) before[begin] = 0;
+}
+
+/* Makes the springls of the new level set in the bricks where some are isolated. */
+SPRINGLS__FN springls_status springls__make_isolated(springls__follow_job *job)
+{
+    springls_context *ctx = job->ctx, *other = job->other;
+    springls_status status;
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    springls__parallel(ctx, other->model.grid.active_count, 2, springls__pass_over_task, job);
+    status = springls__make_counted_springls(other, springls__scan_initial_counts(other));
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "follow_level_set: %.200s", other->error);
+}
+
 /* Marks the springls of the new level set that no kept one is near, to be copied. */
 SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
 {
@@ -112,8 +173,8 @@ SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
     const springls__model *from = &job->other->model;
     for (; begin < end; begin++) {
         const springls__springl *s = &from->set.s[begin];
-        const int nearest = springls__nearest_springl_facing(&job->ctx->model, s->p, springls__springl_normal(*s), 3.0f);
-        springls__contract_action(from)[begin] = (uint8_t)(nearest < 0 ? SPRINGLS__KEEP : SPRINGLS__REMOVE);
+        const bool beside = springls__is_beside_kept(job, s->p, springls__springl_normal(*s), SPRINGLS__ISOLATED);
+        springls__contract_action(from)[begin] = (uint8_t)(beside ? SPRINGLS__REMOVE : SPRINGLS__KEEP);
     }
 }
 
@@ -131,7 +192,7 @@ SPRINGLS__FN springls_status springls__add_isolated(springls__follow_job *job, i
     const int count = ctx->model.set.count;
     const springls__side_rule none = springls__rule_of(&other->model.grid, NULL, SPRINGLS_OPERATION_UNION, true);
     int i;
-    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__make_isolated(job));
     if (SPRINGLS__RESERVE(other, contract_action, other->model.set.count) != SPRINGLS_OK)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "follow_level_set: out of memory");
     springls__parallel(ctx, other->model.set.count, 64, springls__isolated_task, job);
@@ -196,7 +257,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     return springls__complete_model(ctx, false);
 }
 
-/* Makes the model that holds the new level set, with springls where it is zero. */
+/* Makes the model that holds the new level set, and counts the triangles of its zero. */
 SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, const springls_follow_desc *desc, springls_context **other)
 {
     springls__implicit_job job;
@@ -213,7 +274,7 @@ SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, cons
     if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi);
     else status = springls__set_from_distance(made, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && !desc->phi) status = springls__redistance_in_voxels(made);
-    if (status == SPRINGLS_OK) status = springls__springls_of_level_set(made);
+    if (status == SPRINGLS_OK) status = springls__count_initial(made);
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "follow_level_set: %.200s", made->error);
 }
 
