@@ -23,6 +23,7 @@ surface_LIBS      = -lassimp -lcjson -lmeshoptimizer -ldraco -lstdc++
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
 leveque_USES      = springls
 zalesak_USES      = springls
+fluid_skin_USES   = springls
 soft_body_USES    = springls
 attributes_USES   = springls
 csg_USES          = solids

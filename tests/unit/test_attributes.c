@@ -554,15 +554,19 @@ TEST chunks_have_values_of(springls_context *ctx, const springls_mesh *mesh, int
     PASS();
 }
 
-/* On vertices: a blended attribute that is the correspondence is the vertex's correspondence, a label one of the labels. */
-TEST vertices_have_the_values_of_springls(void)
+/* On vertices, by either contouring: a blended attribute that is the correspondence is the vertex's correspondence, a label one of the
+   labels. */
+TEST vertices_have_the_values_of_springls(springls_contouring contouring)
 {
-    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_params params = springls_default_params();
+    springls_context *ctx;
     springls_mesh mesh;
     carried c;
     float *place, *label;
     double sum = 0.0;
     int i, k, wrong = 0;
+    params.contouring = contouring;
+    ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
     ASSERT_OK(carry(ctx, &c));
     ASSERT_OK(blown(ctx, 0.5f, 0.2f, 0.1f, 2));
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
@@ -664,7 +668,8 @@ int main(int argc, char **argv)
     RUN_TEST(the_table_is_checked_and_kept);
     RUN_TEST(seams_are_found);
     RUN_TEST(textures_keep_their_seam);
-    RUN_TEST(vertices_have_the_values_of_springls);
+    RUN_TESTp(vertices_have_the_values_of_springls, SPRINGLS_CONTOURING_LEVEL_SET);
+    RUN_TESTp(vertices_have_the_values_of_springls, SPRINGLS_CONTOURING_SPRINGLS);
     RUN_TEST(every_allocation_may_fail);
     GREATEST_MAIN_END();
 }
