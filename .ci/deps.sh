@@ -46,7 +46,8 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         headers="$headers
             stb/stb_image_write.h libstb-dev
             zlib.h zlib1g-dev" ;;
-    imaging)
+    imaging)   # GDCM's face is C++; without it there is little in it
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         headers="$headers
             nifti/nifti2_io.h libnifti2-dev
             teem/nrrd.h libteem-dev
@@ -122,6 +123,8 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
     python)   # the one of the system: its packages hold the modules
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import cffi, numpy, nibabel' 2> /dev/null ||
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
+    dicom)   # folders of DICOM files, which programs do without
+        ls /usr/include/gdcm-*/gdcmImageReader.h > /dev/null 2>&1 || need libgdcm-dev ;;
     cohort)   # scans by the hundred: a workflow, its pictures, and a cluster of one machine for its test
         need_command snakemake snakemake
         need_command slurmctld slurmctld

@@ -66,6 +66,7 @@ test_common_USES    = surface imaging springls
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
 test_foam_USES      = $(foam_USES)
+test_dicom_USES     = imaging
 test_mend_USES      = $(mend_USES)
 test_gltf_USES      = character
 test_fields_USES    = $(register_USES)
@@ -299,7 +300,7 @@ test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHE
 
 test: TESTS ?= quick
 # All groups at once where they can all be had; then nothing is missing of each.
-test_groups = test examples display python opencl $(if $(filter quick,$(TESTS)),,judges engines cohort)
+test_groups = test examples display python opencl dicom $(if $(filter quick,$(TESTS)),,judges engines cohort)
 test:   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
 	@without="Going on without: the tests that want these are skipped."; \
 	  $(DEPS) $(test_groups) || $(DEPS) test || exit 1; \

@@ -172,6 +172,7 @@ static int segment_main(int argc, char **argv)
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure (default 0.2)", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
+        {"series", CLI_STRING, &set->series, "S", "which series of a folder of DICOM files: number or description", 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with, on the image's grid", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[+K2..]", "its labels; without: all but 0", 0, 0, NULL},

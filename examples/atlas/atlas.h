@@ -235,7 +235,7 @@ bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_p
 
 struct atlas_segment_settings {
     struct cli_common common;
-    const char *image, *atlas, *reference, *label_text, *beside, *fit;
+    const char *image, *series, *atlas, *reference, *label_text, *beside, *fit;
     double level, window[2], ramp, gvf, curvature, leash;
     int frame, modes, steps;
     bool dark, windowed;

@@ -516,7 +516,10 @@ bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     char error[VOLUME_TEXT];
-    if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
+    volume_choose_series(set->series, "--series");
+    const bool read = volume_read_one(set->image, set->frame, "--frame", &run->image, error);
+    volume_choose_series(NULL, NULL);
+    if (!read) {
         return atlas_fail("%s", error);
     }
     volume_print_warning(&run->image, "atlas", NULL);

@@ -160,11 +160,20 @@ static bool kinds_fit(const struct run *run)
                          fixed ? run->fixed_path : run->moving_path, fixed ? run->moving_path : run->fixed_path);
 }
 
+static bool read_images(struct run *run, char error[VOLUME_TEXT])
+{
+    volume_choose_series(run->fixed_series, "--fixed-series");
+    bool read = volume_read_gaps(run->fixed_path, run->fixed_frame, "--fixed-frame", &run->fixed, error);
+    volume_choose_series(run->moving_series, "--moving-series");
+    read = read && volume_read_gaps(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error);
+    volume_choose_series(NULL, NULL);
+    return read;
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
-    if (!volume_read_gaps(run->fixed_path, run->fixed_frame, "--fixed-frame", &run->fixed, error)
-        || !volume_read_gaps(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
+    if (!read_images(run, error)) {
         return register_fail("%s", error);
     }
     volume_print_warning(&run->fixed, "register", "fixed image");

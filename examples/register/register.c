@@ -40,6 +40,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"field", CLI_STRING, &run->field_path, "FILE", "take this displacement field (NIfTI, mm, LPS+) and register nothing",
          0, 0,
          NULL},
+        {"fixed-series", CLI_STRING, &run->fixed_series, "S", "which series of a folder of DICOM files: number or description", 0, 0, NULL},
+        {"moving-series", CLI_STRING, &run->moving_series, "S", "the same of the moving image", 0, 0, NULL},
         {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"fixed-mask", CLI_STRING, &run->fixed_mask_path, "FILE", "take only the fixed image's voxels that are not 0 here", 0, 0, NULL},
@@ -60,7 +62,7 @@ static int read_command_line(struct run *run, int argc, char **argv)
     };
     static const struct cli_rule rules[] = {
         {.given = "field",
-         .only = "FIXED|MOVING|fixed-frame|moving-frame|fixed-mask|moving-mask|fixed-labels|moving-labels|label|fixed-points|moving-points|warp-labels|"
+         .only = "FIXED|MOVING|fixed-series|moving-series|fixed-frame|moving-frame|fixed-mask|moving-mask|fixed-labels|moving-labels|label|fixed-points|moving-points|warp-labels|"
                  "warp-points|warp-mesh|inverse-labels|inverse-points|inverse-mesh|backend|threads|json|out|quiet"},
         {.given = "start+align=none"},
         {.given = "fixed-labels", .needs = "moving-labels"},

@@ -23,6 +23,7 @@ struct run {
     const char *fixed_mask_path, *moving_mask_path;
     const char *fixed_labels_path, *moving_labels_path, *fixed_points_path, *moving_points_path;
     struct carried warp, inverse_warp; /* of the moving image to the fixed one; of the fixed one to the moving one */
+    const char *fixed_series, *moving_series;
     int fixed_frame, moving_frame, label;
     struct volume fixed, moving;
     struct registration registration;

@@ -24,7 +24,10 @@ static bool read_image(struct segment *run)
 {
     char error[VOLUME_TEXT];
     struct volume *image = &run->image;
-    if (!volume_read_one(run->settings.image, run->settings.frame, "--frame", image, error)) {
+    volume_choose_series(run->settings.series, "--series");
+    const bool read = volume_read_one(run->settings.image, run->settings.frame, "--frame", image, error);
+    volume_choose_series(NULL, NULL);
+    if (!read) {
         return segment_fail("%s", error);
     }
     volume_print_warning(image, "segment", NULL);

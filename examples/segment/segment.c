@@ -237,6 +237,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+        {"series", CLI_STRING, &set->series, "S", "which series of a folder of DICOM files: number or description", 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
 
         {"no-pictures", CLI_FLAG, &set->no_pictures, NULL, "of --out, write no pictures", 0, 0, NULL},
@@ -272,7 +273,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {.files = "labels.*|distance.nii.gz|surface.ply|surface.png|film.png|slices.png|report.json|distance_[0-9]*.nii.gz|"
                   "surface_[0-9]*.ply|surface_[0-9]*.png|film_[0-9]*.png"},
     };
-    const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
+    const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD, MetaImage, or a folder of DICOM files", true};
     const struct cli_program program = {.name = "segment",
                                         .summary = "finds objects in an image with active contours",
                                         .common = &set->common,

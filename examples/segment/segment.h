@@ -29,6 +29,7 @@ struct segment_object {
 struct segment_settings {
     struct cli_common common;
     const char *image, *init, *mask, *init_mesh, *reference;
+    const char *series;                         /* of a folder of DICOM files */
     const char *overrides;                      /* --set */
     const char *window_text, *mask_label_text, *label_text; /* from the command line, for `objects` and the report */
     const char *region_means;                   /* band or image */

@@ -242,15 +242,34 @@ void volume_stream_close(struct volume_stream *stream)
 
 typedef bool (*reader)(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static bool read_dicom_file(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+{
+    (void)path, (void)frame, (void)volume;
+    return volume_error(error, "one file of a DICOM series: give the folder in which all lie");
+}
+
 /* Chooses by the first bytes, whatever the file's name is; a MetaImage header is text without a magic word. */
 static reader choose_reader(const char *path, struct volume *volume)
 {
+    enum { DICOM_AT = 128 };
     static const char *const first_keys[] = {"ObjectType", "NDims", "Comment", "ObjectSubType"};
-    char begin[64] = "";
+    char begin[DICOM_AT + 5] = "";
+    if (is_folder(path)) {
+        return volume_read_dicom;
+    }
     FILE *file = fopen(path, "rb");
     if (file) {
         begin[fread(begin, 1, sizeof begin - 1, file)] = '\0';
         fclose(file);
+    }
+    if (memcmp(begin + DICOM_AT, "DICM", 4) == 0) {
+        return read_dicom_file;
     }
     bool meta = volume_ends_with(path, ".mha") || volume_ends_with(path, ".mhd");
     for (size_t k = 0; k < sizeof first_keys / sizeof *first_keys; ++k) {
@@ -259,12 +278,6 @@ static reader choose_reader(const char *path, struct volume *volume)
     const bool nrrd = strncmp(begin, "NRRD", 4) == 0 || volume_ends_with(path, ".nrrd") || volume_ends_with(path, ".nhdr");
     volume->extension = nrrd ? ".nrrd" : meta ? ".mha" : ".nii.gz";
     return nrrd ? volume_read_nrrd : meta ? volume_read_meta : volume_read_nifti;
-}
-
-static bool is_folder(const char *path)
-{
-    struct stat info;
-    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
 /* Compares the sides along axes with more than one voxel. */
@@ -300,10 +313,7 @@ enum keep { KEEP_FINITE, KEEP_GAPS, KEEP_IDS };
 
 static bool read_all(const char *path, int frame, enum keep keep, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (is_folder(path)) {
-        return volume_error(error, "a folder, not an image");
-    }
-    if (volume_file_size(path) < 0) {
+    if (!is_folder(path) && volume_file_size(path) < 0) {
         return volume_error(error, "no such file, or not a plain one");
     }
     if (!choose_reader(path, volume)(path, frame, volume, error)) {

@@ -1,4 +1,4 @@
-/* volume.h - three-dimensional images in and out: NIfTI-1 and -2, NRRD, MetaImage.
+/* volume.h - three-dimensional images in and out: NIfTI-1 and -2, NRRD, MetaImage; folders of DICOM files in, where GDCM was found.
  *
  * The format is found by the first bytes of the file: .nii, .nii.gz and .hdr + .img (either gzip-compressed); .nrrd and .nhdr
  * + data (through teem, all its encodings); .mha and .mhd + data (raw or zlib-compressed). Both byte orders, all integer and
@@ -53,6 +53,12 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
 
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+
+/* Chooses the series of a folder of DICOM files for what is read from now on, by number, description or UID (NULL: the only one), and the
+ * option that errors name to choose by (NULL: none). The texts stay the caller's, and have to stay there. */
+void volume_choose_series(const char *series, const char *option);
+/* Returns true if such folders can be read: GDCM was found when this was compiled. */
+bool volume_has_dicom(void);
 
 /* Reads as volume_read_one does, but voxels that are NaN or infinite stay, as NaN: places without data. */
 bool volume_read_gaps(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);

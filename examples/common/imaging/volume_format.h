@@ -13,6 +13,9 @@ bool volume_read_nifti(const char *path, int frame, struct volume *volume, char 
 bool volume_read_nrrd(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 bool volume_read_meta(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
+/* Reads the series that was chosen, or the only one, of a folder of DICOM files (frame 0). */
+bool volume_read_dicom(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+
 bool volume_write_nifti(const char *path, const struct volume *like, enum volume_type type, const void *data,
                         char error[VOLUME_TEXT]);
 bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_type type, const void *data,

@@ -1,0 +1,339 @@
+/* volume_dicom.cpp - folders of DICOM files, through GDCM, which is C++, for C. */
+#if defined(__has_include)
+#if __has_include(<gdcmImageReader.h>)
+#define HAS_GDCM 1
+#endif
+#endif
+
+#ifdef HAS_GDCM
+#include <gdcmDirectory.h>
+#include <gdcmImageReader.h>
+#include <gdcmScanner.h>
+#include <gdcmTrace.h>
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <string>
+#include <vector>
+
+extern "C" {
+#include "imaging/volume_format.h"
+}
+
+namespace {
+
+const char *wanted_series, *series_option;
+
+} // namespace
+
+void volume_choose_series(const char *series, const char *option)
+{
+    wanted_series = series;
+    series_option = option;
+}
+
+#ifndef HAS_GDCM
+
+bool volume_has_dicom(void) { return false; }
+
+bool volume_read_dicom(const char *, int, struct volume *, char error[VOLUME_TEXT])
+{
+    return volume_error(error, "a folder, not an image. DICOM is read where GDCM was found when this was built (Debian: libgdcm-dev); "
+                        "dcm2niix makes a NIfTI file of it");
+}
+
+#else
+
+bool volume_has_dicom(void) { return true; }
+
+namespace {
+
+const gdcm::Tag series_uid(0x0020, 0x000e), series_number(0x0020, 0x0011), series_description(0x0008, 0x103e), rows(0x0028, 0x0010);
+
+/* Parts of the usual distance by which those of slices may differ without a word, and at all. */
+const double regular = 0.01, bearable = 0.2;
+
+struct series {
+    std::string uid, number, description;
+    std::vector<std::string> files;
+};
+
+struct slice {
+    gdcm::Image image;
+    double origin[3], along[3], down[3]; /* mm, LPS: the first voxel, and the steps from column to column and from row to row */
+    double place;                        /* mm along the normal */
+    std::string file;
+};
+
+/* Values are padded with blanks, or with a zero. */
+std::string trimmed(const char *value)
+{
+    std::string text(value ? value : "");
+    const size_t last = text.find_last_not_of(std::string(" \0", 2));
+    text.erase(last == std::string::npos ? 0 : last + 1);
+    const size_t first = text.find_first_not_of(' ');
+    return first == std::string::npos ? "" : text.substr(first);
+}
+
+std::vector<series> find_series(const char *path)
+{
+    gdcm::Directory folder;
+    gdcm::Scanner scanner;
+    folder.Load(path, false);
+    std::vector<std::string> files = folder.GetFilenames();
+    std::sort(files.begin(), files.end());
+    for (const gdcm::Tag &tag : {series_uid, series_number, series_description, rows}) {
+        scanner.AddTag(tag);
+    }
+    scanner.Scan(files);
+    std::map<std::string, series> found;
+    for (const std::string &file : files) {
+        if (!scanner.IsKey(file.c_str()) || trimmed(scanner.GetValue(file.c_str(), rows)).empty()) {
+            continue; /* no DICOM, or no image, such as DICOMDIR */
+        }
+        const std::string uid = trimmed(scanner.GetValue(file.c_str(), series_uid));
+        series &one = found[uid];
+        one.uid = uid;
+        one.number = trimmed(scanner.GetValue(file.c_str(), series_number));
+        one.description = trimmed(scanner.GetValue(file.c_str(), series_description));
+        one.files.push_back(file);
+    }
+    std::vector<series> list;
+    for (const auto &entry : found) {
+        list.push_back(entry.second);
+    }
+    std::stable_sort(list.begin(), list.end(), [](const series &a, const series &b) { return atoi(a.number.c_str()) < atoi(b.number.c_str()); });
+    return list;
+}
+
+std::string names_of(const std::vector<series> &list)
+{
+    std::string names;
+    for (const series &one : list) {
+        names += (names.empty() ? "" : ", ") + (one.number.empty() ? one.uid : one.number)
+               + (one.description.empty() ? "" : " (" + one.description + ")");
+    }
+    return names;
+}
+
+/* Returns the series that is asked for, or the only one; NULL with the reason in `error`. */
+const series *choose_series(const std::vector<series> &list, char error[VOLUME_TEXT])
+{
+    const series *chosen = nullptr;
+    if (list.empty()) {
+        volume_error(error, "a folder, not an image: there are no DICOM images in it");
+        return nullptr;
+    }
+    if (!wanted_series && list.size() > 1) {
+        volume_error(error, "%zu series in one folder: %.130s: %s%.30s", list.size(), names_of(list).c_str(),
+                     series_option ? "choose one with " : "one is needed", series_option ? series_option : "");
+        return nullptr;
+    }
+    for (const series &one : list) {
+        if (!wanted_series || wanted_series == one.number || wanted_series == one.description || wanted_series == one.uid) {
+            if (chosen) {
+                volume_error(error, "there are several series %.60s: choose by the UID %.80s", wanted_series, one.uid.c_str());
+                return nullptr;
+            }
+            chosen = &one;
+        }
+    }
+    if (!chosen) {
+        volume_error(error, "there is no series %.60s; there are %.120s", wanted_series, names_of(list).c_str());
+    }
+    return chosen;
+}
+
+/* Returns true where a file is shorter than its elements say, which GDCM lets pass. Elements of unknown length do not count. */
+bool is_cut(const std::string &name, const gdcm::File &file)
+{
+    if (file.GetHeader().GetDataSetTransferSyntax() == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
+        return false;
+    }
+    int64_t least = int64_t(file.GetHeader().GetFullLength());
+    for (const gdcm::DataElement &element : file.GetDataSet().GetDES()) {
+        least += 8 + (element.GetVL().IsUndefined() || !element.GetByteValue() ? 0 : int64_t(uint32_t(element.GetVL())));
+    }
+    return volume_file_size(name.c_str()) < least;
+}
+
+bool read_slice(const std::string &file, slice *one, char error[VOLUME_TEXT])
+{
+    const size_t slash = file.rfind('/');
+    const char *name = file.c_str() + (slash == std::string::npos ? 0 : slash + 1);
+    gdcm::ImageReader reader;
+    reader.SetFileName(file.c_str());
+    if (!reader.Read() || is_cut(file, reader.GetFile())) {
+        return volume_error(error, "%.100s: damaged, cut off, or compressed in a way that GDCM does not know", name);
+    }
+    one->image = reader.GetImage();
+    one->file = name;
+    if (one->image.GetPixelFormat().GetSamplesPerPixel() != 1) {
+        return volume_error(error, "%.100s: a colour picture", name);
+    }
+    const double *cosines = one->image.GetDirectionCosines();
+    for (int r = 0; r < 3; ++r) {
+        one->origin[r] = one->image.GetOrigin(unsigned(r));
+        one->along[r] = cosines[r] * one->image.GetSpacing(0);
+        one->down[r] = cosines[3 + r] * one->image.GetSpacing(1);
+    }
+    return true;
+}
+
+void normal_of(const slice &one, double normal[3])
+{
+    double length = 0.0;
+    for (int r = 0; r < 3; ++r) {
+        const int s = (r + 1) % 3, t = (r + 2) % 3;
+        normal[r] = one.along[s] * one.down[t] - one.along[t] * one.down[s];
+        length += normal[r] * normal[r];
+    }
+    for (int r = 0; r < 3; ++r) {
+        normal[r] /= std::sqrt(length);
+    }
+}
+
+/* Puts the slices in order along their normal. Returns false where they are of different grids. */
+bool sort_slices(std::vector<slice> &slices, char error[VOLUME_TEXT])
+{
+    double normal[3];
+    normal_of(slices[0], normal);
+    for (slice &one : slices) {
+        one.place = 0.0;
+        double turned = 0.0;
+        for (int r = 0; r < 3; ++r) {
+            one.place += one.origin[r] * normal[r];
+            turned = std::fmax(turned, std::fmax(std::fabs(one.along[r] - slices[0].along[r]), std::fabs(one.down[r] - slices[0].down[r])));
+        }
+        if (turned > 1e-3 || one.image.GetDimension(0) != slices[0].image.GetDimension(0)
+            || one.image.GetDimension(1) != slices[0].image.GetDimension(1)) {
+            return volume_error(error, "%.100s has other voxels or axes than %.100s", one.file.c_str(), slices[0].file.c_str());
+        }
+    }
+    std::stable_sort(slices.begin(), slices.end(), [](const slice &a, const slice &b) { return a.place < b.place; });
+    return true;
+}
+
+/* Looks for slices that are missing, or lie at one place. */
+bool look_at_distances(const std::vector<slice> &slices, struct volume *volume, char error[VOLUME_TEXT])
+{
+    std::vector<double> steps;
+    for (size_t k = 1; k < slices.size(); ++k) {
+        steps.push_back(slices[k].place - slices[k - 1].place);
+    }
+    std::vector<double> sorted = steps;
+    std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
+    const double usual = sorted[sorted.size() / 2];
+    bool irregular = false;
+    for (size_t k = 0; k < steps.size(); ++k) {
+        const char *before = slices[k].file.c_str(), *after = slices[k + 1].file.c_str();
+        if (steps[k] < 1e-3) {
+            return volume_error(error, "%.100s and %.100s lie at one place: times or echoes in one series?", before, after);
+        }
+        if (std::fabs(steps[k] - usual) > bearable * usual) {
+            return volume_error(error, "slices are missing: %.80s and %.80s lie %.4g mm apart, others %.4g mm", before, after, steps[k], usual);
+        }
+        irregular = irregular || std::fabs(steps[k] - usual) > regular * usual;
+    }
+    if (irregular) {
+        volume_add_warning(volume, "distances of the slices differ: their mean is taken");
+    }
+    return true;
+}
+
+double value_of(const char *bytes, gdcm::PixelFormat::ScalarType type, size_t n)
+{
+    switch (type) {
+    case gdcm::PixelFormat::UINT8: return double(reinterpret_cast<const uint8_t *>(bytes)[n]);
+    case gdcm::PixelFormat::INT8: return double(reinterpret_cast<const int8_t *>(bytes)[n]);
+    case gdcm::PixelFormat::UINT16: return double(reinterpret_cast<const uint16_t *>(bytes)[n]);
+    case gdcm::PixelFormat::INT16: return double(reinterpret_cast<const int16_t *>(bytes)[n]);
+    case gdcm::PixelFormat::UINT32: return double(reinterpret_cast<const uint32_t *>(bytes)[n]);
+    case gdcm::PixelFormat::INT32: return double(reinterpret_cast<const int32_t *>(bytes)[n]);
+    case gdcm::PixelFormat::FLOAT32: return double(reinterpret_cast<const float *>(bytes)[n]);
+    case gdcm::PixelFormat::FLOAT64: return reinterpret_cast<const double *>(bytes)[n];
+    default: return double(NAN);
+    }
+}
+
+/* Stores the voxels of one file from voxel `first` on, with the file's own slope and intercept. */
+bool store_voxels(const slice &one, size_t first, size_t count, struct volume *volume, char error[VOLUME_TEXT])
+{
+    const gdcm::PixelFormat format = one.image.GetPixelFormat();
+    std::vector<double> bytes(one.image.GetBufferLength() / sizeof(double) + 1); /* of doubles, for the alignment of any number */
+    char *buffer = reinterpret_cast<char *>(bytes.data());
+    if (one.image.GetBufferLength() < count * format.GetPixelSize() || std::isnan(value_of(buffer, format.GetScalarType(), 0))
+        || !one.image.GetBuffer(buffer)) {
+        return volume_error(error, "%.100s: its voxels cannot be read", one.file.c_str());
+    }
+    for (size_t n = 0; n < count; ++n) {
+        volume_store(volume, first + n, one.image.GetSlope() * value_of(buffer, format.GetScalarType(), n) + one.image.GetIntercept());
+    }
+    return true;
+}
+
+/* Sets the affine: the third column is the mean step from slice to slice, which need not be along their normal. */
+bool place(const std::vector<slice> &slices, int depth, struct volume *volume, char error[VOLUME_TEXT])
+{
+    double normal[3];
+    const slice &first = slices.front(), &last = slices.back();
+    normal_of(first, normal);
+    for (int r = 0; r < 3; ++r) {
+        volume->affine[r][0] = first.along[r];
+        volume->affine[r][1] = first.down[r];
+        volume->affine[r][2] = slices.size() > 1 ? (last.origin[r] - first.origin[r]) / double(slices.size() - 1)
+                                                 : normal[r] * (depth > 1 ? first.image.GetSpacing(2) : 1.0);
+        volume->affine[r][3] = first.origin[r];
+    }
+    volume->affine[3][3] = 1.0;
+    volume_flip_to_ras(volume->affine);
+    return volume_set_geometry(volume) || volume_error(error, "bad geometry: axes or distances of the slices are none");
+}
+
+bool read_series(const series &chosen, int frame, struct volume *volume, char error[VOLUME_TEXT])
+{
+    std::vector<slice> slices(chosen.files.size());
+    for (size_t k = 0; k < slices.size(); ++k) {
+        if (!read_slice(chosen.files[k], &slices[k], error)) {
+            return false;
+        }
+    }
+    const gdcm::Image &image = slices[0].image;
+    const int depth = image.GetNumberOfDimensions() > 2 ? int(image.GetDimension(2)) : 1;
+    if (depth > 1 && slices.size() > 1) {
+        return volume_error(error, "several files with many slices each in one series");
+    }
+    const int64_t sizes[3] = {int64_t(image.GetDimension(0)), int64_t(image.GetDimension(1)), depth > 1 ? depth : int64_t(slices.size())};
+    const bool fine = sort_slices(slices, error) && (slices.size() == 1 || look_at_distances(slices, volume, error))
+                   && volume_set_sizes(volume, sizes, 3, 3, frame, error) && place(slices, depth, volume, error)
+                   && volume_allocate(volume, error);
+    const size_t each = size_t(sizes[0]) * size_t(sizes[1]) * size_t(depth);
+    for (size_t k = 0; fine && k < slices.size(); ++k) {
+        if (!store_voxels(slices[k], k * each, each, volume, error)) {
+            return false;
+        }
+    }
+    return fine;
+}
+
+} // namespace
+
+bool volume_read_dicom(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+{
+    try {
+        gdcm::Trace::DebugOff();
+        gdcm::Trace::WarningOff();
+        gdcm::Trace::ErrorOff();
+        const std::vector<series> list = find_series(path);
+        const series *chosen = choose_series(list, error);
+        return chosen && read_series(*chosen, frame, volume, error);
+    } catch (const std::exception &problem) {
+        return volume_error(error, "%.200s", problem.what());
+    }
+}
+
+#endif
