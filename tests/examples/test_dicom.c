@@ -248,6 +248,7 @@ TEST slices_find_their_order_places_and_values(void)
         ASSERT(path && write_series(path, like, NULL));
         ASSERTm(error, volume_read(path, 0, &v, error));
         ASSERT_STR_EQ("", v.warning);
+        ASSERT_STR_EQ(".nii.gz", v.extension);
         CHECK_CALL(is_the_series(&v, 2.0, -1024.0));
         volume_free(&v);
     }

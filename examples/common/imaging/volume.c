@@ -260,6 +260,7 @@ static reader choose_reader(const char *path, struct volume *volume)
     enum { DICOM_AT = 128 };
     static const char *const first_keys[] = {"ObjectType", "NDims", "Comment", "ObjectSubType"};
     char begin[DICOM_AT + 5] = "";
+    volume->extension = ".nii.gz";
     if (is_folder(path)) {
         return volume_read_dicom;
     }
