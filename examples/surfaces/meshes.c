@@ -127,6 +127,7 @@ bool surfaces_make(struct surfaces *run, size_t from)
     work.mirrored = vec3_dot(normal, z) < 0.0f;
     bool good = net_create(run->map.dims, run->map.ids, &work.net)
         && net_smooth(&work.net, run->map.dims, run->map.ids, run->settings.smooth) && sort_vertices(&work);
+    good = good && (!run->settings.common.out || surfaces_make_walls(run, &work.net, work.mirrored));
     if (good) {
         threads_for((int)(run->count - from), 1, make_labels, &work);
         good = !work.failed;

@@ -210,7 +210,7 @@ bool surfaces_write(const struct surfaces *run)
     const char *out = run->settings.common.out;
     char path[1024];
     bool good = write_all(run, run_path(out, "surfaces.glb", path, sizeof path))
-        && write_table(run, run_path(out, "table.csv", path, sizeof path));
+        && surfaces_write_walls(run) && write_table(run, run_path(out, "table.csv", path, sizeof path));
     for (size_t l = 0; good && strcmp(run->settings.format, "none") != 0 && l < run->count; ++l) {
         good = !run->labels[l].chosen || write_one(run, &run->labels[l]);
     }

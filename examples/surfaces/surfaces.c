@@ -1,6 +1,6 @@
 /* surfaces.c - every label of a map as a smooth surface.
  *
- *   surfaces labels.nii.gz --out organs                           # surfaces.glb, a PLY a label, table.csv
+ *   surfaces labels.nii.gz --out organs                           # surfaces.glb, walls.vtk, a PLY a label, table.csv
  *   surfaces labels.nii.gz --table labels.txt --out organs        # with the names of a table
  *   surfaces Segmentation.seg.nrrd --name "liver;spleen" --out two
  *
@@ -42,7 +42,8 @@ static int read_command_line(struct surfaces_settings *set, int argc, char **arg
         {.given = "no-pictures", .needs = "out"},
     };
     static const struct cli_writes writes[] = {
-        {.files = "surfaces.glb|table.csv|surfaces.png|report.json|label_*.ply|label_*.obj|label_*.stl|layer_*.ply|layer_*.obj|layer_*.stl"},
+        {.files = "surfaces.glb|walls.vtk|layer_*.vtk|table.csv|surfaces.png|report.json|"
+                  "label_*.ply|label_*.obj|label_*.stl|layer_*.ply|layer_*.obj|layer_*.stl"},
     };
     const struct cli_positional labels = {"LABELS", &set->labels, "label map: NIfTI, NRRD (.seg.nrrd too) or MetaImage", true};
     const struct cli_program program = {.name = "surfaces",
@@ -86,6 +87,7 @@ static void free_all(struct surfaces *run)
         free(run->labels[l].normals);
     }
     free(run->labels);
+    surfaces_free_walls(run);
     label_names_free(&run->names);
 }
 

@@ -33,6 +33,14 @@ struct surfaces_label {
     double volume, area;  /* mm^3, mm^2 */
 };
 
+/* All walls of a layer as one mesh, mm; labels: 2 a triangle, what is behind it, and what is before it. */
+struct surfaces_walls {
+    int layer;
+    float *places;
+    uint32_t *triangles, *labels;
+    size_t vertex_count, triangle_count;
+};
+
 struct surfaces {
     struct surfaces_settings settings;
     struct label_names names;
@@ -42,6 +50,8 @@ struct surfaces {
     float voxel_mm3;
     struct surfaces_label *labels;
     size_t count, chosen;
+    struct surfaces_walls *walls; /* one a layer that was read */
+    size_t wall_count;
     double seconds;
 };
 
@@ -51,6 +61,11 @@ bool surfaces_read_layer(struct surfaces *run, int layer);
 
 /* meshes.c: makes the surfaces of the layer's labels, which are labels[from] and those after. */
 bool surfaces_make(struct surfaces *run, size_t from);
+
+/* walls.c: makes the walls of a layer, of its net; mirrored: the axes of the voxels are left-handed. False: memory is short. */
+bool surfaces_make_walls(struct surfaces *run, const struct net *net, bool mirrored);
+bool surfaces_write_walls(const struct surfaces *run);
+void surfaces_free_walls(struct surfaces *run);
 
 /* output.c */
 bool surfaces_write(const struct surfaces *run);
