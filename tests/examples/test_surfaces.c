@@ -24,8 +24,10 @@ int main(int argc, char **argv)
 #undef main
 
 #include "base/vec3.h"
+#include "surface/mesh_check.h"
 #include "surface/mesh_io.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <unistd.h>
 
@@ -387,6 +389,87 @@ TEST a_mesh_is_at_its_place_and_all_are_in_the_glb(void)
     PASS();
 }
 
+/* ---- walls.vtk ---- */
+
+static uint32_t crumbled(float x, float y, float z) { return x * x + y * y + z * z < 36.0f ? noise(x, y, z) : 0; }
+
+struct walls_file {
+    float *places;
+    int *triangles;
+    uint32_t *labels;
+    int vertex_count, triangle_count;
+};
+
+static bool read_walls(const char *path, struct walls_file *w)
+{
+    FILE *file = fopen(path, "r");
+    bool good = file && fscanf(file, "# vtk DataFile Version 3.0 %*[^\n] ASCII DATASET POLYDATA POINTS %d float", &w->vertex_count) == 1;
+    w->places = malloc(((size_t)w->vertex_count + 1) * 3 * sizeof *w->places);
+    for (int i = 0; good && i < 3 * w->vertex_count; ++i) good = fscanf(file, "%f", &w->places[i]) == 1;
+    good = good && fscanf(file, " POLYGONS %d %*d", &w->triangle_count) == 1;
+    w->triangles = malloc(((size_t)w->triangle_count + 1) * 3 * sizeof *w->triangles);
+    w->labels = malloc(((size_t)w->triangle_count + 1) * 2 * sizeof *w->labels);
+    for (int t = 0; good && t < w->triangle_count; ++t) {
+        int *v = w->triangles + 3 * t;
+        good = fscanf(file, " 3 %d %d %d", &v[0], &v[1], &v[2]) == 3;
+    }
+    good = good && fscanf(file, " CELL_DATA %*d SCALARS labels unsigned_int 2 LOOKUP_TABLE default") == 0;
+    for (int i = 0; good && i < 2 * w->triangle_count; ++i) good = fscanf(file, "%" SCNu32, &w->labels[i]) == 1;
+    if (file) fclose(file);
+    return good;
+}
+
+static void walls_free(struct walls_file *w)
+{
+    free(w->places);
+    free(w->triangles);
+    free(w->labels);
+}
+
+/* Gathers the triangles that bound a label, facing outwards. */
+static struct label_surface bounds_of(const struct walls_file *w, uint32_t label)
+{
+    struct label_surface s = {.places = w->places};
+    s.triangles = malloc(((size_t)w->triangle_count + 1) * 3 * sizeof *s.triangles);
+    for (int t = 0; t < w->triangle_count; ++t) {
+        const uint32_t *sides = w->labels + 2 * t;
+        if ((sides[0] == label) == (sides[1] == label)) continue;
+        for (int k = 0; k < 3; ++k) {
+            s.triangles[3 * s.triangle_count + (size_t)k] = (uint32_t)w->triangles[3 * t + (sides[0] == label ? k : 2 - k)];
+        }
+        ++s.triangle_count;
+    }
+    return s;
+}
+
+/* Walls of crumbs as small as a voxel: no triangle crosses another, each bounds two labels, and those of a label enclose it. */
+TEST walls_bound_all_labels_and_never_cross(void)
+{
+    for (int mirrored = 0; mirrored < 2; ++mirrored) {
+        struct walls_file walls = {0};
+        fill(mirrored ? thirds : crumbled);
+        ASSERT(write_map(scratch("map.nii.gz"), mirrored));
+        ASSERT_EQ(0, RUN(scratch("map.nii.gz"), "--out", scratch("walls"), "--no-pictures", "--meshes", "none", "--smooth", mirrored ? "40" : "5"));
+        ASSERT(read_walls(scratch("walls/walls.vtk"), &walls));
+        ASSERT(walls.triangle_count > 1000);
+        ASSERT_EQ(0, mesh_mark_crossings(walls.places, walls.triangles, walls.triangle_count, NULL));
+        for (int t = 0; t < walls.triangle_count; ++t) ASSERT(walls.labels[2 * t] != walls.labels[2 * t + 1]);
+        static const uint32_t labels[2][3] = {{1, 2, 3}, {4000000001u, 4000000002u, 3u}};
+        for (int l = 0; l < 3; ++l) {
+            struct label_surface s = bounds_of(&walls, labels[mirrored][l]);
+            size_t open, twice;
+            double voxels = 0.0;
+            for (int n = 0; n < VOXELS; ++n) voxels += map[n] == labels[mirrored][l];
+            count_edges(&s, &open, &twice);
+            ASSERT_EQ(0, open);
+            ASSERT_IN_RANGE(3.0 * voxels, volume_of(&s), 0.25 * 3.0 * voxels);
+            free(s.triangles);
+        }
+        walls_free(&walls);
+    }
+    PASS();
+}
+
 TEST threads_do_not_change_a_bit(void)
 {
     size_t lengths[2];
@@ -495,6 +578,7 @@ int main(int argc, char **argv)
     RUN_TEST(thin_labels_stay);
     RUN_TEST(ids_of_32_bits_names_and_volumes_are_reported);
     RUN_TEST(a_mesh_is_at_its_place_and_all_are_in_the_glb);
+    RUN_TEST(walls_bound_all_labels_and_never_cross);
     RUN_TEST(threads_do_not_change_a_bit);
     RUN_TEST(segments_and_layers_are_chosen);
     RUN_TEST(bad_input_gets_a_line);
