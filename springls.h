@@ -515,7 +515,7 @@
    With tension the walls become films: the vertices of their mesh go down the slope of tension times area, so that within a wall they move
    by its mean curvature, and lines where walls meet by the pull of all of them; tension_of gives each pair of labels its own. held keeps
    volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
-   make the mesh anew in every step. A dt of 0.5 / tension is stable.
+   make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
    Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
    to nothing: from a label map after some 200 steps. springls_tiling_snapshot writes all bodies as one block, which
@@ -1703,9 +1703,9 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
    so cuts are undone too, and a stroke takes memory for what it has changed. Snapshots of tilings (springls_tiling_snapshot) have
-   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
-   base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
-   it, and is no file format. */
+   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when
+   capacity is less than *size. `out` overlaps neither. Takes a quarter of base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has
+   no part in it. A difference is for the version of the library that made it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
                                                      size_t snapshot_size, void *out, size_t capacity, size_t *size);
 
@@ -2228,17 +2228,19 @@ typedef struct springls_tiling_batch {
    same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
 typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
 
-/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step. */
+/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step: snapshots do not have it. A body at the
+   border of the grid cannot be held, and neither can a label twice. */
 typedef struct springls_tiling_hold {
     int32_t label;
-    double target;                   /* world units; 0: what the body has when the step begins, which is written here  */
+    double target;                   /* world units^3; 0: what the body has when the step begins, which is written here */
     double volume;                   /* written: what the body had when the step began, by the walls of the tiling     */
-    double pressure;                 /* written: above that of label 0                                                */
-    double drift;                    /* written: what steps are to gain beyond the target, as they lose it always     */
+    double pressure;                 /* written: above that of label 0; tension over world units                      */
+    double drift;                    /* written, and read by the next step: what is aimed for beyond the target, because steps lose
+                                        about as much; world units^3                                                  */
 } springls_tiling_hold;
 
-/* Returns by how much the surface tension of the wall between two labels, the lower first, exceeds that of the description: a factor of 0
-   or more. */
+/* Returns the factor of the wall between two labels, the lower one first: its tension is the factor times that of the description. 0 or
+   more. Called by the thread of the caller, for each triangle of the walls. */
 typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
 
 /* Describes a step of a tiling. Zero all of it. */
@@ -2246,7 +2248,8 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
     void *user;                      /* handed to all of them                                                        */
-    float tension;                   /* surface tension: walls move by it times their mean curvature                 */
+    float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
+                                        principal curvatures                                                          */
     springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
@@ -2274,7 +2277,7 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. report: may be NULL. INVALID_ARGUMENT: also a tension below 0, or a target; a label that cannot be held. NON_FINITE: from a
+   that. report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
@@ -2308,7 +2311,7 @@ typedef struct springls_walls {
 } springls_walls;
 
 /* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
-   four triangles are made for, not two, because no triangle may cross another. So mesh generators take it (tetgen -pA fills every
+   needs four triangles instead of two, so that no triangle crosses another. So mesh generators take it (tetgen -pA fills every
    region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
    at the outermost voxels. Free it by springls_walls_free. On failure *walls is all zero. INVALID_ARGUMENT: also a grid of more than
    2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
@@ -2318,9 +2321,9 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
 
 /* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
-   springls_desc.grid that restores it continues with the same bits. kind: as for springls_snapshot; without original surfaces it is
-   restored only where the bodies that it has are, with the surfaces that they had. The bytes are a file format
-   (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   springls_desc.grid that restores it continues with the same bits, but for springls_tiling_hold, which the caller keeps. kind: as for
+   springls_snapshot; one without original surfaces (FRAME) is restored only where the bodies that it has are, with the surfaces that they
+   had. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size);
 
@@ -33534,7 +33537,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2487 \"springls.h\"\n",
+    "#line 2490 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33650,7 +33653,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2604 \"springls.h\"\n",
+    "#line 2607 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33672,7 +33675,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2627 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33687,7 +33690,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2643 \"springls.h\"\n",
+    "#line 2646 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33811,7 +33814,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2767 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33881,7 +33884,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2838 \"springls.h\"\n",
+    "#line 2841 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -34101,7 +34104,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3059 \"springls.h\"\n",
+    "#line 3062 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34116,7 +34119,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3074 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34240,14 +34243,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3198 \"springls.h\"\n",
+    "#line 3201 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3206 \"springls.h\"\n",
+    "#line 3209 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34373,7 +34376,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3333 \"springls.h\"\n",
+    "#line 3336 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34428,7 +34431,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3389 \"springls.h\"\n",
+    "#line 3392 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34517,7 +34520,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3479 \"springls.h\"\n",
+    "#line 3482 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34529,7 +34532,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3491 \"springls.h\"\n",
+    "#line 3494 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34544,7 +34547,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3507 \"springls.h\"\n",
+    "#line 3510 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34588,7 +34591,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3551 \"springls.h\"\n",
+    "#line 3554 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34603,7 +34606,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3566 \"springls.h\"\n",
+    "#line 3569 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34647,7 +34650,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3610 \"springls.h\"\n",
+    "#line 3613 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34726,7 +34729,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3689 \"springls.h\"\n",
+    "#line 3692 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34741,7 +34744,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3705 \"springls.h\"\n",
+    "#line 3708 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34808,7 +34811,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3772 \"springls.h\"\n",
+    "#line 3775 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34823,7 +34826,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3787 \"springls.h\"\n",
+    "#line 3790 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34890,7 +34893,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3855 \"springls.h\"\n",
+    "#line 3858 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35276,7 +35279,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4242 \"springls.h\"\n",
+    "#line 4245 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35985,7 +35988,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4952 \"springls.h\"\n",
+    "#line 4955 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36245,7 +36248,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5213 \"springls.h\"\n",
+    "#line 5216 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36447,7 +36450,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5416 \"springls.h\"\n",
+    "#line 5419 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36564,7 +36567,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5534 \"springls.h\"\n",
+    "#line 5537 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36761,7 +36764,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5731 \"springls.h\"\n",
+    "#line 5734 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36776,7 +36779,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5747 \"springls.h\"\n",
+    "#line 5750 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36970,7 +36973,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5941 \"springls.h\"\n",
+    "#line 5944 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36985,7 +36988,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5956 \"springls.h\"\n",
+    "#line 5959 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37179,7 +37182,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6751 \"springls.h\"\n",
+    "#line 6754 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37579,7 +37582,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7152 \"springls.h\"\n",
+    "#line 7155 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37605,7 +37608,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7179 \"springls.h\"\n",
+    "#line 7182 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37693,7 +37696,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7268 \"springls.h\"\n",
+    "#line 7271 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37833,7 +37836,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7409 \"springls.h\"\n",
+    "#line 7412 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37938,7 +37941,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7515 \"springls.h\"\n",
+    "#line 7518 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38170,7 +38173,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7748 \"springls.h\"\n",
+    "#line 7751 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38200,7 +38203,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7778 \"springls.h\"\n",
+    "#line 7781 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38215,7 +38218,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7794 \"springls.h\"\n",
+    "#line 7797 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38384,7 +38387,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7963 \"springls.h\"\n",
+    "#line 7966 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38399,7 +38402,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7978 \"springls.h\"\n",
+    "#line 7981 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38568,7 +38571,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8147 \"springls.h\"\n",
+    "#line 8150 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38622,7 +38625,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8202 \"springls.h\"\n",
+    "#line 8205 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38648,7 +38651,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8228 \"springls.h\"\n",
+    "#line 8231 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38663,7 +38666,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8244 \"springls.h\"\n",
+    "#line 8247 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38746,7 +38749,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8327 \"springls.h\"\n",
+    "#line 8330 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38761,7 +38764,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8342 \"springls.h\"\n",
+    "#line 8345 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38844,7 +38847,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8425 \"springls.h\"\n",
+    "#line 8428 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38918,7 +38921,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8500 \"springls.h\"\n",
+    "#line 8503 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39471,7 +39474,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9054 \"springls.h\"\n",
+    "#line 9057 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39567,7 +39570,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9151 \"springls.h\"\n",
+    "#line 9154 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39688,7 +39691,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9273 \"springls.h\"\n",
+    "#line 9276 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39969,7 +39972,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9555 \"springls.h\"\n",
+    "#line 9558 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -40055,7 +40058,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9642 \"springls.h\"\n",
+    "#line 9645 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40198,7 +40201,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9786 \"springls.h\"\n",
+    "#line 9789 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40387,7 +40390,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9976 \"springls.h\"\n",
+    "#line 9979 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40512,7 +40515,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10102 \"springls.h\"\n",
+    "#line 10105 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40546,7 +40549,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10137 \"springls.h\"\n",
+    "#line 10140 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -41084,7 +41087,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10676 \"springls.h\"\n",
+    "#line 10679 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41234,7 +41237,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10827 \"springls.h\"\n",
+    "#line 10830 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41312,7 +41315,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10906 \"springls.h\"\n",
+    "#line 10909 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41561,7 +41564,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11156 \"springls.h\"\n",
+    "#line 11159 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41786,7 +41789,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11382 \"springls.h\"\n",
+    "#line 11385 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41890,7 +41893,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11487 \"springls.h\"\n",
+    "#line 11490 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41987,7 +41990,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11585 \"springls.h\"\n",
+    "#line 11588 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42525,7 +42528,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12124 \"springls.h\"\n",
+    "#line 12127 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42558,7 +42561,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12158 \"springls.h\"\n",
+    "#line 12161 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42583,14 +42586,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12184 \"springls.h\"\n",
+    "#line 12187 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12191 \"springls.h\"\n",
+    "#line 12194 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42605,7 +42608,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12207 \"springls.h\"\n",
+    "#line 12210 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42731,7 +42734,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12333 \"springls.h\"\n",
+    "#line 12336 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42746,7 +42749,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12348 \"springls.h\"\n",
+    "#line 12351 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42872,7 +42875,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12475 \"springls.h\"\n",
+    "#line 12478 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43164,7 +43167,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12768 \"springls.h\"\n",
+    "#line 12771 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43299,7 +43302,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17412 \"springls.h\"\n",
+    "#line 17415 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44362,7 +44365,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18476 \"springls.h\"\n",
+    "#line 18479 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44959,7 +44962,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19074 \"springls.h\"\n",
+    "#line 19077 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45556,7 +45559,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45560 \"springls.h\"\n",
+    "#line 45563 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -48344,10 +48347,10 @@ SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
+    *size = bytes;
     if (out && capacity < bytes)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)bytes, (unsigned long)capacity);
-    *size = bytes;
     return out ? springls__write_block(tiling, kind, (char *)out, bytes) : SPRINGLS_OK;
 }
 
@@ -48441,7 +48444,8 @@ SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, c
     int a, i;
     for (a = 0; a < state->attributes; a++) {
         springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_VALUES + a] + SPRINGLS__ATTRIBUTE_BYTES);
-        if (strcmp(state->attribute[a].name, springls__facing_name) != 0 || state->attribute[a].channels != 1) continue;
+        if (strcmp(state->attribute[a].name, springls__facing_name) != 0) continue;
+        if (state->attribute[a].channels != 1) return false;
         for (i = 0; i < state->springls; i++) {
             float value = 0.0f;
             SPRINGLS__CODE(&c, value);
@@ -48450,6 +48454,13 @@ SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, c
         }
     }
     return true;
+}
+
+/* Returns whether a model's window has not moved: that of a tiling never does. */
+SPRINGLS__FN bool springls__window_at_home(const springls__snapshot_state *state)
+{
+    return !state->window_x && !state->window_y && !state->window_z && !state->original_window_x && !state->original_window_y
+        && !state->original_window_z;
 }
 
 /* Checks the model of a body, and makes all the room that it needs; the body's model stays as it is. */
@@ -48461,7 +48472,8 @@ SPRINGLS__FN springls_status springls__prepare_body(springls_tiling *tiling, spr
     springls__table tables[2];
     springls_status status = springls__use_host(body->ctx, false);
     if (status == SPRINGLS_OK) status = springls__snapshot_read(body->ctx, model->block, model->size, &state, &layout);
-    if (status == SPRINGLS_OK && !springls__facing_good(&state, &layout, model->block)) return springls__block_fails(tiling, "damaged");
+    if (status == SPRINGLS_OK && !(springls__window_at_home(&state) && springls__facing_good(&state, &layout, model->block)))
+        return springls__block_fails(tiling, "damaged");
     if (status == SPRINGLS_OK) {
         springls__tables_of_block(body->ctx, &state, &layout, model->block, tables);
         status = springls__snapshot_reserve(body->ctx, &state, tables);
@@ -49298,14 +49310,14 @@ SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_w
     int at[3], axis;
     walls->vertex_count = job->cubes;
     walls->triangle_count = walls->edge_count = 0;
-    for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
-        for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
-            for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
+    for (at[2] = 0; at[2] + 1 < job->size[2]; at[2]++)
+        for (at[1] = 0; at[1] + 1 < job->size[1]; at[1]++)
+            for (at[0] = 0; at[0] + 1 < job->size[0]; at[0]++)
                 for (axis = 0; axis < 3 && springls__vertex_at(job, at) >= 0; axis++) {
                     if (walls->triangle_count > INT32_MAX - 4 || walls->edge_count == INT32_MAX || walls->vertex_count == INT32_MAX)
                         return false;
-                    springls__add_quad(job, at, axis, walls);
-                    springls__add_wall_edge(job, at, axis, walls);
+                    if (at[(axis + 1) % 3] > 0 && at[(axis + 2) % 3] > 0) springls__add_quad(job, at, axis, walls);
+                    if (at[axis] > 0) springls__add_wall_edge(job, at, axis, walls);
                 }
     return true;
 }
@@ -49445,17 +49457,22 @@ SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
     }
 }
 
-/* Returns the surface tension of a wall. */
-SPRINGLS__FN double springls__tension_of(const springls_tiling_step_desc *desc, const int32_t labels[2])
+/* Finds the surface tension of a wall; fails where the caller's factor is none. */
+SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                  const int32_t labels[2], double *tension)
 {
     const int low = labels[0] > labels[1];
-    double tension = (double)desc->tension;
-    if (desc->tension_of) tension *= (double)(desc->tension_of)(desc->user, labels[low], labels[!low]);
-    return tension;
+    const float factor = desc->tension_of ? (desc->tension_of)(desc->user, labels[low], labels[!low]) : 1.0f;
+    *tension = (double)desc->tension * (double)factor;
+    if (springls__finite_float(factor) && factor >= 0.0f) return SPRINGLS_OK;
+    return springls__fail(tiling->host, springls__finite_float(factor) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
+                          "%s: tension_of gives the factor %g between labels %ld and %ld: 0 or more, and finite", call, (double)factor,
+                          (long)labels[low], (long)labels[!low]);
 }
 
 /* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
-SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_tiling_step_desc *desc, int triangle)
+SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                int triangle)
 {
     const springls_walls *walls = &tiling->walls;
     const int32_t *labels = walls->labels + 2 * (size_t)triangle;
@@ -49464,7 +49481,8 @@ SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_til
     int i, k;
     springls__film_triangle(walls, triangle, corner, n);
     area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    tension = area2 > 0.0 ? springls__tension_of(desc, labels) / area2 : 0.0;
+    SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+    tension = area2 > 0.0 ? tension / area2 : 0.0;
     for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
     for (i = 0; i < 3; i++) {
         springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
@@ -49480,6 +49498,7 @@ SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_til
         springls__tiling_body *body = &tiling->body[springls__body_number(tiling, labels[k])];
         body->held.volume += (k ? -volume : volume) / 6.0;
     }
+    return SPRINGLS_OK;
 }
 
 /* ---- pressures ---- */
@@ -49592,17 +49611,40 @@ SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
 SPRINGLS__FN void springls__free_films(springls_tiling *tiling) { springls_walls_free(tiling, &tiling->walls); }
 
 /* Takes over what is held; a label that is gone is passed over. */
-SPRINGLS__FN void springls__take_held(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+SPRINGLS__FN springls_status springls__take_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int k;
     for (k = 0; k < tiling->count; k++) memset(&tiling->body[k].held, 0, sizeof tiling->body[k].held);
     for (k = 0; k < desc->held_count; k++) {
         const int i = springls__body_number(tiling, desc->held[k].label);
         if (i < 1) continue;
+        if (tiling->body[i].held.is_given)
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %ld is held twice", call, (long)desc->held[k].label);
         tiling->body[i].held.is_given = true;
         tiling->body[i].held.target = desc->held[k].target;
         tiling->body[i].held.drift = desc->held[k].drift;
     }
+    return SPRINGLS_OK;
+}
+
+/* Fails where a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
+SPRINGLS__FN springls_status springls__check_enclosed(springls_tiling *tiling, const char *call)
+{
+    const int *size = tiling->host->model.grid.size;
+    const int32_t *label = (const int32_t *)tiling->film_memory[0].data;
+    int at[3];
+    for (at[2] = 0; at[2] < size[2]; at[2]++)
+        for (at[1] = 0; at[1] < size[1]; at[1]++) {
+            const bool inside = at[1] > 0 && at[2] > 0 && at[1] + 1 < size[1] && at[2] + 1 < size[2];
+            for (at[0] = 0; at[0] < size[0]; at[0] += inside ? size[0] - 1 : 1) {
+                const int32_t one = label[springls__voxel_index(&tiling->host->model.grid, at[0], at[1], at[2])];
+                if (!tiling->body[springls__body_number(tiling, one)].held.is_given) continue;
+                return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                      "%s: label %ld is to be held, but touches the border of the grid, where its walls are open", call,
+                                      (long)one);
+            }
+        }
+    return SPRINGLS_OK;
 }
 
 /* Makes the walls, and finds how fast each of their vertices moves by surface tension and pressures. */
@@ -49621,8 +49663,9 @@ SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const
         for (k = 0; k < SPRINGLS__FILM_LABELS; k++) films[i].label[k] = SPRINGLS__NO_LABEL;
         films[i].place = springls__world_to_voxel(tiling->host, tiling->walls.positions + 3 * (size_t)i);
     }
-    springls__take_held(tiling, desc);
-    for (i = 0; i < tiling->walls.triangle_count; i++) springls__add_film(tiling, desc, i);
+    SPRINGLS__TRY(springls__take_held(tiling, call, desc));
+    if (desc->held_count > 0) SPRINGLS__TRY(springls__check_enclosed(tiling, call));
+    for (i = 0; i < tiling->walls.triangle_count; i++) SPRINGLS__TRY(springls__add_film(tiling, call, desc, i));
     for (i = 0; i < tiling->walls.vertex_count; i++)
         if (films[i].mass < least) films[i].mass = least;
     for (i = 0; i < tiling->count; i++) {

@@ -583,9 +583,9 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
    undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
    so cuts are undone too, and a stroke takes memory for what it has changed. Snapshots of tilings (springls_tiling_snapshot) have
-   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. `out` overlaps neither. Takes a quarter of
-   base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has no part in it. A difference is for the version of the library that made
-   it, and is no file format. */
+   differences too; any context does. BAD_SNAPSHOT: one of the two is no snapshot, or is cut short. INVALID_ARGUMENT: also when
+   capacity is less than *size. `out` overlaps neither. Takes a quarter of base_size of memory, at most 1 GiB: OUT_OF_MEMORY. The model has
+   no part in it. A difference is for the version of the library that made it, and is no file format. */
 SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
                                                      size_t snapshot_size, void *out, size_t capacity, size_t *size);
 
@@ -1108,17 +1108,19 @@ typedef struct springls_tiling_batch {
    same velocity, and pressures that differ in sign, such as p[label] - p[facing]; where they do not, sheets meet half way. */
 typedef void (*springls_tiling_fn)(void *user, const springls_tiling_batch *batch, float *out);
 
-/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step. */
+/* Holds the volume of a body in steps. Zero all but the label, and hand the same to every step: snapshots do not have it. A body at the
+   border of the grid cannot be held, and neither can a label twice. */
 typedef struct springls_tiling_hold {
     int32_t label;
-    double target;                   /* world units; 0: what the body has when the step begins, which is written here  */
+    double target;                   /* world units^3; 0: what the body has when the step begins, which is written here */
     double volume;                   /* written: what the body had when the step began, by the walls of the tiling     */
-    double pressure;                 /* written: above that of label 0                                                */
-    double drift;                    /* written: what steps are to gain beyond the target, as they lose it always     */
+    double pressure;                 /* written: above that of label 0; tension over world units                      */
+    double drift;                    /* written, and read by the next step: what is aimed for beyond the target, because steps lose
+                                        about as much; world units^3                                                  */
 } springls_tiling_hold;
 
-/* Returns by how much the surface tension of the wall between two labels, the lower first, exceeds that of the description: a factor of 0
-   or more. */
+/* Returns the factor of the wall between two labels, the lower one first: its tension is the factor times that of the description. 0 or
+   more. Called by the thread of the caller, for each triangle of the walls. */
 typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
 
 /* Describes a step of a tiling. Zero all of it. */
@@ -1126,7 +1128,8 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
     void *user;                      /* handed to all of them                                                        */
-    float tension;                   /* surface tension: walls move by it times their mean curvature                 */
+    float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
+                                        principal curvatures                                                          */
     springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
@@ -1154,7 +1157,7 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. report: may be NULL. INVALID_ARGUMENT: also a tension below 0, or a target; a label that cannot be held. NON_FINITE: from a
+   that. report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
@@ -1188,7 +1191,7 @@ typedef struct springls_walls {
 } springls_walls;
 
 /* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
-   four triangles are made for, not two, because no triangle may cross another. So mesh generators take it (tetgen -pA fills every
+   needs four triangles instead of two, so that no triangle crosses another. So mesh generators take it (tetgen -pA fills every
    region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
    at the outermost voxels. Free it by springls_walls_free. On failure *walls is all zero. INVALID_ARGUMENT: also a grid of more than
    2^31 - 1 voxels. EMPTY_MODEL: there are no bodies. */
@@ -1198,9 +1201,9 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
 
 /* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
-   springls_desc.grid that restores it continues with the same bits. kind: as for springls_snapshot; without original surfaces it is
-   restored only where the bodies that it has are, with the surfaces that they had. The bytes are a file format
-   (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   springls_desc.grid that restores it continues with the same bits, but for springls_tiling_hold, which the caller keeps. kind: as for
+   springls_snapshot; one without original surfaces (FRAME) is restored only where the bodies that it has are, with the surfaces that they
+   had. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size);
 

@@ -50,17 +50,22 @@ SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
     }
 }
 
-/* Returns the surface tension of a wall. */
-SPRINGLS__FN double springls__tension_of(const springls_tiling_step_desc *desc, const int32_t labels[2])
+/* Finds the surface tension of a wall; fails where the caller's factor is none. */
+SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                  const int32_t labels[2], double *tension)
 {
     const int low = labels[0] > labels[1];
-    double tension = (double)desc->tension;
-    if (desc->tension_of) tension *= (double)(desc->tension_of)(desc->user, labels[low], labels[!low]);
-    return tension;
+    const float factor = desc->tension_of ? (desc->tension_of)(desc->user, labels[low], labels[!low]) : 1.0f;
+    *tension = (double)desc->tension * (double)factor;
+    if (springls__finite_float(factor) && factor >= 0.0f) return SPRINGLS_OK;
+    return springls__fail(tiling->host, springls__finite_float(factor) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
+                          "%s: tension_of gives the factor %g between labels %ld and %ld: 0 or more, and finite", call, (double)factor,
+                          (long)labels[low], (long)labels[!low]);
 }
 
 /* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
-SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_tiling_step_desc *desc, int triangle)
+SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                int triangle)
 {
     const springls_walls *walls = &tiling->walls;
     const int32_t *labels = walls->labels + 2 * (size_t)triangle;
@@ -69,7 +74,8 @@ SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_til
     int i, k;
     springls__film_triangle(walls, triangle, corner, n);
     area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    tension = area2 > 0.0 ? springls__tension_of(desc, labels) / area2 : 0.0;
+    SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+    tension = area2 > 0.0 ? tension / area2 : 0.0;
     for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
     for (i = 0; i < 3; i++) {
         springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
@@ -85,6 +91,7 @@ SPRINGLS__FN void springls__add_film(springls_tiling *tiling, const springls_til
         springls__tiling_body *body = &tiling->body[springls__body_number(tiling, labels[k])];
         body->held.volume += (k ? -volume : volume) / 6.0;
     }
+    return SPRINGLS_OK;
 }
 
 /* ---- pressures ---- */
@@ -197,17 +204,40 @@ SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
 SPRINGLS__FN void springls__free_films(springls_tiling *tiling) { springls_walls_free(tiling, &tiling->walls); }
 
 /* Takes over what is held; a label that is gone is passed over. */
-SPRINGLS__FN void springls__take_held(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+SPRINGLS__FN springls_status springls__take_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int k;
     for (k = 0; k < tiling->count; k++) memset(&tiling->body[k].held, 0, sizeof tiling->body[k].held);
     for (k = 0; k < desc->held_count; k++) {
         const int i = springls__body_number(tiling, desc->held[k].label);
         if (i < 1) continue;
+        if (tiling->body[i].held.is_given)
+            return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %ld is held twice", call, (long)desc->held[k].label);
         tiling->body[i].held.is_given = true;
         tiling->body[i].held.target = desc->held[k].target;
         tiling->body[i].held.drift = desc->held[k].drift;
     }
+    return SPRINGLS_OK;
+}
+
+/* Fails where a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
+SPRINGLS__FN springls_status springls__check_enclosed(springls_tiling *tiling, const char *call)
+{
+    const int *size = tiling->host->model.grid.size;
+    const int32_t *label = (const int32_t *)tiling->film_memory[0].data;
+    int at[3];
+    for (at[2] = 0; at[2] < size[2]; at[2]++)
+        for (at[1] = 0; at[1] < size[1]; at[1]++) {
+            const bool inside = at[1] > 0 && at[2] > 0 && at[1] + 1 < size[1] && at[2] + 1 < size[2];
+            for (at[0] = 0; at[0] < size[0]; at[0] += inside ? size[0] - 1 : 1) {
+                const int32_t one = label[springls__voxel_index(&tiling->host->model.grid, at[0], at[1], at[2])];
+                if (!tiling->body[springls__body_number(tiling, one)].held.is_given) continue;
+                return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                                      "%s: label %ld is to be held, but touches the border of the grid, where its walls are open", call,
+                                      (long)one);
+            }
+        }
+    return SPRINGLS_OK;
 }
 
 /* Makes the walls, and finds how fast each of their vertices moves by surface tension and pressures. */
@@ -226,8 +256,9 @@ SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const
         for (k = 0; k < SPRINGLS__FILM_LABELS; k++) films[i].label[k] = SPRINGLS__NO_LABEL;
         films[i].place = springls__world_to_voxel(tiling->host, tiling->walls.positions + 3 * (size_t)i);
     }
-    springls__take_held(tiling, desc);
-    for (i = 0; i < tiling->walls.triangle_count; i++) springls__add_film(tiling, desc, i);
+    SPRINGLS__TRY(springls__take_held(tiling, call, desc));
+    if (desc->held_count > 0) SPRINGLS__TRY(springls__check_enclosed(tiling, call));
+    for (i = 0; i < tiling->walls.triangle_count; i++) SPRINGLS__TRY(springls__add_film(tiling, call, desc, i));
     for (i = 0; i < tiling->walls.vertex_count; i++)
         if (films[i].mass < least) films[i].mass = least;
     for (i = 0; i < tiling->count; i++) {

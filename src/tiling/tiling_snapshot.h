@@ -96,10 +96,10 @@ SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
+    *size = bytes;
     if (out && capacity < bytes)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: %lu bytes are needed, not %lu",
                               (unsigned long)bytes, (unsigned long)capacity);
-    *size = bytes;
     return out ? springls__write_block(tiling, kind, (char *)out, bytes) : SPRINGLS_OK;
 }
 
@@ -193,7 +193,8 @@ SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, c
     int a, i;
     for (a = 0; a < state->attributes; a++) {
         springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_VALUES + a] + SPRINGLS__ATTRIBUTE_BYTES);
-        if (strcmp(state->attribute[a].name, springls__facing_name) != 0 || state->attribute[a].channels != 1) continue;
+        if (strcmp(state->attribute[a].name, springls__facing_name) != 0) continue;
+        if (state->attribute[a].channels != 1) return false;
         for (i = 0; i < state->springls; i++) {
             float value = 0.0f;
             SPRINGLS__CODE(&c, value);
@@ -202,6 +203,13 @@ SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, c
         }
     }
     return true;
+}
+
+/* Returns whether a model's window has not moved: that of a tiling never does. */
+SPRINGLS__FN bool springls__window_at_home(const springls__snapshot_state *state)
+{
+    return !state->window_x && !state->window_y && !state->window_z && !state->original_window_x && !state->original_window_y
+        && !state->original_window_z;
 }
 
 /* Checks the model of a body, and makes all the room that it needs; the body's model stays as it is. */
@@ -213,7 +221,8 @@ SPRINGLS__FN springls_status springls__prepare_body(springls_tiling *tiling, spr
     springls__table tables[2];
     springls_status status = springls__use_host(body->ctx, false);
     if (status == SPRINGLS_OK) status = springls__snapshot_read(body->ctx, model->block, model->size, &state, &layout);
-    if (status == SPRINGLS_OK && !springls__facing_good(&state, &layout, model->block)) return springls__block_fails(tiling, "damaged");
+    if (status == SPRINGLS_OK && !(springls__window_at_home(&state) && springls__facing_good(&state, &layout, model->block)))
+        return springls__block_fails(tiling, "damaged");
     if (status == SPRINGLS_OK) {
         springls__tables_of_block(body->ctx, &state, &layout, model->block, tables);
         status = springls__snapshot_reserve(body->ctx, &state, tables);

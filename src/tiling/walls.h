@@ -337,14 +337,14 @@ SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_w
     int at[3], axis;
     walls->vertex_count = job->cubes;
     walls->triangle_count = walls->edge_count = 0;
-    for (at[2] = 1; at[2] + 1 < job->size[2]; at[2]++)
-        for (at[1] = 1; at[1] + 1 < job->size[1]; at[1]++)
-            for (at[0] = 1; at[0] + 1 < job->size[0]; at[0]++)
+    for (at[2] = 0; at[2] + 1 < job->size[2]; at[2]++)
+        for (at[1] = 0; at[1] + 1 < job->size[1]; at[1]++)
+            for (at[0] = 0; at[0] + 1 < job->size[0]; at[0]++)
                 for (axis = 0; axis < 3 && springls__vertex_at(job, at) >= 0; axis++) {
                     if (walls->triangle_count > INT32_MAX - 4 || walls->edge_count == INT32_MAX || walls->vertex_count == INT32_MAX)
                         return false;
-                    springls__add_quad(job, at, axis, walls);
-                    springls__add_wall_edge(job, at, axis, walls);
+                    if (at[(axis + 1) % 3] > 0 && at[(axis + 2) % 3] > 0) springls__add_quad(job, at, axis, walls);
+                    if (at[axis] > 0) springls__add_wall_edge(job, at, axis, walls);
                 }
     return true;
 }

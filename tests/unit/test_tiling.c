@@ -527,6 +527,125 @@ TEST targets_are_reached(void)
     PASS();
 }
 
+static float bad_factor(void *user, int32_t low, int32_t high)
+{
+    (void)low;
+    (void)high;
+    return *(const float *)user;
+}
+
+/* The pressure in a ball is twice the tension over the radius, in world units, whatever the spacing. */
+TEST tension_is_in_world_units(double spacing)
+{
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held;
+    const double radius = 8.0 * spacing;
+    springls_sphere ball;
+    int i;
+    desc.backend = NULL;
+    for (i = 0; i < 3; i++) {
+        desc.grid.spacing[i] = spacing;
+        ball.center[i] = (float)(desc.grid.origin[i] + spacing * 0.5 * (SIZE - 1));
+    }
+    ball.radius = (float)radius;
+    ASSERT_OK(springls_tiling_create(&desc, &tiling));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, springls_implicit_sphere, &ball));
+    memset(&held, 0, sizeof held);
+    held.label = 1;
+    step.tension = 1.0f;
+    step.held = &held;
+    step.held_count = 1;
+    step.dt = (float)(0.5 * spacing * spacing);
+    for (i = 0; i < 4; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_IN_RANGE(2.0 / radius, held.pressure, 0.1 / radius);
+    ASSERT_IN_RANGE(4.18879 * radius * radius * radius, held.volume, 0.02 * 4.18879 * radius * radius * radius);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+static void to_the_border(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < 3 * batch->batch.count; i++) out[i] = i % 3 == 0 ? -1.0f : 0.0f;
+}
+
+/* What cannot be held, and factors that are none, are refused, and nothing moves. */
+TEST what_cannot_be_held_is_refused(void)
+{
+    part ball = part_at(7.2f, 13.6f, 13.3f, 5.0f, 0);
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[2];
+    float factor = -1.0f;
+    uint64_t hash;
+    int i;
+    memset(held, 0, sizeof held);
+    held[0].label = held[1].label = 5;
+    step.tension = 1.0f;
+    step.held = held;
+    step.dt = 0.5f;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 5, part_of_ball, &ball));
+    step.velocity = to_the_border;
+    step.dt = 1.0f;
+    step.tension = 0.0f;
+    for (i = 0; i < 5; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    step.velocity = NULL;
+    step.tension = 1.0f;
+    hash = springls_tiling_state_hash(tiling);
+    step.held_count = 1;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "border"));
+    step.held_count = 2;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "twice"));
+    step.held_count = 0;
+    step.tension_of = bad_factor;
+    step.user = &factor;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    factor = NAN;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "tension_of"));
+    ASSERT(hash == springls_tiling_state_hash(tiling) && held[0].target == 0.0);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body that fills all but the outermost voxels is enclosed on all sides: the areas of its walls add up to nothing. */
+TEST walls_close_beside_the_border(void)
+{
+    static int32_t labels[VOXELS];
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_walls walls;
+    d3 sum = d3_make(0.0, 0.0, 0.0);
+    double volume = 0.0;
+    int i, k;
+    for (i = 0; i < VOXELS; i++) {
+        const int at[3] = { i % SIZE, i / SIZE % SIZE, i / (SIZE * SIZE) };
+        labels[i] = 7;
+        for (k = 0; k < 3; k++) if (at[k] == 0 || at[k] == SIZE - 1) labels[i] = 0;
+    }
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 0));
+    ASSERT_OK(springls_tiling_extract(tiling, &walls));
+    for (i = 0; i < walls.triangle_count; i++) {
+        d3 p[3], area;
+        for (k = 0; k < 3; k++) {
+            const float *x = walls.positions + 3 * walls.triangles[3 * i + k];
+            p[k] = d3_make((double)x[0], (double)x[1], (double)x[2]);
+        }
+        area = d3_scale(d3_cross(d3_sub(p[1], p[0]), d3_sub(p[2], p[0])), walls.labels[2 * i] == 7 ? 0.5 : -0.5);
+        sum = d3_add(sum, area);
+        volume += d3_dot(area, p[0]) / 3.0;
+    }
+    ASSERT_LT(d3_length(sum), 1e-3);
+    ASSERT_IN_RANGE((SIZE - 2.0) * (SIZE - 2.0) * (SIZE - 2.0), volume, 0.02 * VOXELS);
+    springls_walls_free(tiling, &walls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* Shrinks label 2, and lets label 1 be. */
 static void shrink_second(void *user, const springls_tiling_batch *batch, float *out)
 {
@@ -897,7 +1016,8 @@ TEST bad_snapshots_are_refused(void)
     springls_tiling *tiling = tiling_of_size(BALL, NULL), *larger = tiling_of_size(SIZE, NULL);
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
     char *block, *bad, *none;
-    size_t size, none_size, i, at;
+    size_t size, none_size, i, at, model;
+    uint64_t bytes;
     uint64_t hash;
     int32_t number;
     float value = 1e30f;
@@ -940,6 +1060,11 @@ TEST bad_snapshots_are_refused(void)
     memcpy(bad + at + 48, &value, 4);
     seal(bad, size);
     ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size)); /* the model's own checksum */
+    for (model = at; memcmp(block + model, "BODY", 4) != 0; model -= 8) continue;
+    memcpy(&bytes, block + model + 8, sizeof bytes);
+    seal(bad + model + 24, (size_t)bytes - 8);
+    seal(bad, size);
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_tiling_restore(tiling, bad, size)); /* no label */
     memcpy(bad, block, size);
     memcpy(bad + 32, "NEWS", 4);
     seal(bad, size);
@@ -1279,6 +1404,10 @@ int main(int argc, char **argv)
     RUN_TEST(bodies_meet);
     RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
     RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
+    RUN_TESTp(tension_is_in_world_units, 1.0);
+    RUN_TESTp(tension_is_in_world_units, 0.5);
+    RUN_TEST(what_cannot_be_held_is_refused);
+    RUN_TEST(walls_close_beside_the_border);
     RUN_TEST(targets_are_reached);
     RUN_TEST(bodies_vanish);
     RUN_TESTp(walls_vanish, 1);
