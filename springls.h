@@ -47139,7 +47139,7 @@ SPRINGLS__FN bool springls__is_beside_kept(const springls__follow_job *job, spri
 /* Returns whether active brick i of the new level set has a triangle beside which no springl has been kept. */
 SPRINGLS__FN bool springls__has_isolated(const springls__follow_job *job, int i)
 {
-    const float beside = SPRINGLS__ISOLATED - 1.0f; /* springls are made within a voxel of their triangles */
+    const float beside = SPRINGLS__ISOLATED - 1.5f; /* springls move from their triangles by three Newton steps of at most half a voxel */
     const springls__initial_cubes cubes = springls__initial_cubes_of(job->other, i);
     int at[3], k;
     memcpy(at, cubes.lo, sizeof at);
