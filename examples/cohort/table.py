@@ -1,6 +1,7 @@
-"""table.py - the last step of a cohort: table.csv with a line for each scan and each image of a series, times.csv with what they took, and
-contact sheets. The table has nothing in it that differs from run to run."""
+"""table.py - the last step of a cohort: table.csv with a line for each scan and each image of a series but its first, times.csv with what
+they took, and contact sheets. The table has nothing in it that differs from run to run."""
 import csv
+import glob
 import json
 import os
 
@@ -13,37 +14,37 @@ COLORS = {'trusted': 'white', 'not trusted': 'orange', 'failed': 'red'}
 
 
 def read(path):
-    try:
-        with open(path) as file:
-            return json.load(file)
-    except FileNotFoundError:
-        return {}
+    with open(path) as file:
+        return json.load(file)
 
 
 def carried_volume(path):
-    """Returns the volume of a label map in ml, NaN where there is none."""
+    """Returns the volume of a label map in ml, None where there is none."""
     if not os.path.exists(path):
         return None
     labels = nibabel.load(path)
     return np.count_nonzero(np.asarray(labels.dataobj)) * abs(np.linalg.det(labels.affine[:3, :3])) / 1000
 
 
-def entry(kind, path):
-    """Returns what the table and the sheets have of one step."""
-    folder = os.path.dirname(path)
-    step, report = read(path), read(os.path.join(folder, 'report.json'))
-    name = '/'.join(folder.split('/')[-1 if kind == 'scan' else -2:])
-    confidence = report.get('confidence') or {}
+def measured(kind, folder):
+    """Returns volume, confidence, its error and warnings of what is there in full, and its picture's name."""
+    report = read(os.path.join(folder, 'report.json'))
+    warnings = [report.get(key) for key in ('image_warning', 'fixed_warning', 'moving_warning')]
     if kind == 'scan':
-        volume, trust, deviation = confidence.get('volume_ml'), confidence.get('predicted_dice'), confidence.get('predicted_dice_error')
-        picture = 'slices.png'
-    else:
-        volume, trust, deviation = carried_volume(os.path.join(folder, 'inverse_labels.nii.gz')), report.get('correlation_after'), None
-        picture = 'before_after.png'
-    warnings = [step['reason'], *(report.get(key) for key in ('image_warning', 'fixed_warning', 'moving_warning'))]
-    return {'kind': kind, 'name': name, 'result': step['result'], 'volume_ml': number(volume), 'confidence': number(trust),
-            'confidence_error': number(deviation), 'warnings': '; '.join(w for w in warnings if w), 'step': step,
-            'picture': os.path.join(folder, picture)}
+        confidence = report.get('confidence') or {}
+        return (*(confidence.get(key) for key in ('volume_ml', 'predicted_dice', 'predicted_dice_error')), warnings, 'slices.png')
+    volume = carried_volume(os.path.join(folder, 'inverse_labels.nii.gz'))
+    return volume, report.get('correlation_after'), None, warnings, 'before_after.png'
+
+
+def entry(kind, path):
+    """Returns what the table and the sheets have of one step. What failed may have left a part of its files, of which nothing is read."""
+    folder, step = os.path.dirname(path), read(path)
+    volume, trust, deviation, warnings, picture = (None, None, None, [], None) if step['result'] == 'failed' else measured(kind, folder)
+    return {'kind': kind, 'name': '/'.join(folder.split('/')[-1 if kind == 'scan' else -2:]), 'result': step['result'],
+            'volume_ml': number(volume), 'confidence': number(trust), 'confidence_error': number(deviation),
+            'warnings': '; '.join(w for w in (step['reason'], *warnings) if w), 'step': step,
+            'picture': picture and os.path.join(folder, picture)}
 
 
 def number(value):
@@ -59,7 +60,7 @@ def write_csv(path, columns, rows):
 
 def small_picture(item):
     """Returns a step's picture as wide as a tile is, None where there is none."""
-    if not os.path.exists(item['picture']):
+    if not item['picture'] or not os.path.exists(item['picture']):
         return None
     with Image.open(item['picture']) as picture:
         size = WIDTH - 2 * BORDER
@@ -77,6 +78,8 @@ def draw_tile(sheet, item, picture, x, y, height):
 
 
 def draw_sheets(folder, name, items, per_sheet):
+    for old in glob.glob(os.path.join(glob.escape(folder), f'{name}_[0-9][0-9][0-9]*.png')):
+        os.remove(old)   # an earlier run may have had more
     for first in range(0, len(items), per_sheet):
         shown = [(item, small_picture(item)) for item in items[first:first + per_sheet]]
         columns = min(COLUMNS, len(shown))

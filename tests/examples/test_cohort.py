@@ -1,8 +1,9 @@
-"""test_cohort.py - examples/cohort on some of the collection's hippocampi: interrupted and continued on this machine, and as jobs of a Slurm
-that is started for it, one of which is killed. The table is the same.
+"""test_cohort.py - examples/cohort on some of the collection's hippocampi: interrupted and continued on this machine, and as jobs of a
+Slurm that is started for it, where a program is killed. The table is the same. What else may happen to a program is played by another one.
 
     COHORT_ALL=1 tests/examples/test_cohort.py      all 40 subjects: a few minutes"""
 import csv
+import json
 import os
 import pathlib
 import shutil
@@ -105,11 +106,113 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
                 daemon.kill()
 
 
-class Cohort(unittest.TestCase):
+def process(*words):
+    """Returns a process of this machine whose command line has all these words, None: there is none."""
+    for path in pathlib.Path('/proc').glob('[0-9]*/cmdline'):
+        try:
+            said = path.read_bytes().decode(errors='replace').split('\0')
+        except OSError:   # it has ended
+            continue
+        if said[0] == words[0] and all(any(word in part for part in said) for word in words[1:]):
+            return int(path.parent.name)
+    return None
+
+
+class Folder(unittest.TestCase):
+    """A test in a folder of its own, whose programs have a blank in their path."""
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name).resolve()
+        self.programs = self.folder / 'the programs'
+
+    def write(self, path, text=''):
+        path = self.folder / path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def command(self, profile, out, *more, **settings):
+        settings = dict(dict(out=out, programs=self.programs), **settings)
+        return ['snakemake', '-s', COHORT / 'Snakefile', '--profile', COHORT / profile, *more, '--config',
+                *(f'{name}={value}' for name, value in settings.items())]
+
+    def run_to_end(self, command, **more):
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, **more)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def rows(self, out):
+        with open(self.folder / out / 'table.csv') as table:
+            return {row['name']: row for row in csv.DictReader(table)}
+
+
+REPORT = '{"confidence": {"volume_ml": 2, "predicted_dice": 0.5, "predicted_dice_error": 0.1}, "image_warning": "odd"}'
+# Does what the scan's name says, after writing a report.
+PROGRAM = f'''#!/bin/sh
+for folder; do :; done
+echo '{REPORT}' > "$folder/report.json"
+case $2 in
+    *done*) ;;
+    *doubted*) echo "atlas: $2: not to be trusted: too big" >&2; exit 1 ;;
+    *full*)
+        echo '{{"confi' > "$folder/report.json"
+        echo no picture > "$folder/slices.png"
+        echo "atlas: $folder/report.json: No space left on device" >&2; exit 1 ;;
+    *killed*) kill -40 $$ ;;
+    *long*) exec sleep 60 ;;
+esac
+'''
+
+
+class Programs(Folder):
+    def setUp(self):
+        super().setUp()
+        self.write('the programs/atlas', PROGRAM).chmod(0o755)
+        self.write('atlas.json')
+
+    def test_how_programs_end(self):
+        for name in ('done', 'doubted', 'full', 'killed'):
+            self.write(f'scans/{name}.nii')
+        command = self.command('local', 'an out', '--cores', '2', atlas='atlas.json', scans='scans', per_sheet=2)
+        self.write('an out/scans_003.png')
+        said = self.run_to_end(command)
+        self.assertEqual(said.count('Trying to restart job'), 2, said)
+        expected = {'done': ('trusted', '2.000', 'odd'),
+                    'doubted': ('not trusted', '2.000', 'atlas: scans/doubted.nii: not to be trusted: too big; odd'),
+                    'full': ('failed', '', 'atlas: an out/scans/full/report.json: No space left on device'),
+                    'killed': ('failed', '', 'ended by signal 40')}
+        self.assertEqual(expected, {name: (row['result'], row['volume_ml'], row['warnings']) for name, row in self.rows('an out').items()})
+        self.assertEqual(['scans_001.png', 'scans_002.png'], sorted(path.name for path in (self.folder / 'an out').glob('*.png')))
+
+    def test_what_takes_too_long(self):
+        path = self.folder / 'long/step.json'
+        self.run_to_end([sys.executable, COHORT / 'step.py', path, '1', '3', '0.02', self.programs / 'atlas', 'segment', 'long'])
+        step = json.loads(path.read_text())
+        self.assertEqual((step['result'], step['reason']), ('failed', 'longer than 0.02 minutes'))
+
+    def test_settings_that_are_refused(self):
+        for path in ('scans/a.nii', 'twice/a.nii', 'twice/a.mha', 'labels/a.nii', 'labels/b.nii', 'images/a.nii', 'single/a.nrrd',
+                     'visits/a/1.nii', 'visits/a/2.nii', 'same/a/1.nii', 'same/a/2.nii', 'same/a.nii'):
+            self.write(path)
+        cases = (('there is no setting scan;', dict(scan='scans')), ('scan_mib is a whole number', dict(scan_mib='much')),
+                 ('have the same name', dict(atlas='atlas.json', scans='twice')), ('have the same name', dict(series='same')),
+                 ('either atlas, or subjects', dict(atlas='atlas.json', subjects='labels', images='images')),
+                 ('missing: images/b.nii', dict(subjects='labels', images='images')), ('missing: a.nii, b.nii', dict(subjects='labels')),
+                 ('single/a.nrrd: a series is', dict(series='single')),
+                 ('of no series: labels/b.nii', dict(series='visits', series_labels='labels')),
+                 ('007: no images here', dict(atlas='atlas.json', scans='007')))
+        for expected, settings in cases:
+            done = subprocess.run(self.command('local', 'out', '-n', **settings), cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1, settings)
+            self.assertIn(expected, done.stdout + done.stderr)
+
+
+class Cohort(Folder):
+    def setUp(self):
+        super().setUp()
+        self.programs.symlink_to(ROOT / 'build')
         for name in ('labels', 'scans', 'series/visits'):
             (self.folder / name).mkdir(parents=True)
         names = sorted(path.name for path in (DATA / 'labels').iterdir())
@@ -123,14 +226,7 @@ class Cohort(unittest.TestCase):
             (self.folder / f'series/visits/{visit}.nii.gz').symlink_to(DATA / 'images' / name)
 
     def command(self, profile, out, *more, **settings):
-        settings = dict(dict(scans='scans', out=out, programs=ROOT / 'build', segment_options='' if ALL else '--steps 1'), **settings)
-        return ['snakemake', '-s', COHORT / 'Snakefile', '--profile', COHORT / profile, *more, '--config',
-                *(f'{name}={value}' for name, value in settings.items())]
-
-    def run_to_end(self, command, **more):
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, **more)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return done.stdout + done.stderr
+        return super().command(profile, out, *more, **dict(dict(scans='scans', segment_options='' if ALL else '--steps 1'), **settings))
 
     def steps(self, out):
         return {path: path.stat().st_mtime_ns for path in (self.folder / out).glob('*/**/step.json')}
@@ -168,18 +264,19 @@ class Cohort(unittest.TestCase):
         self.assertEqual(self.steps('wrong'), {})
 
     def on_slurm(self):
-        """Runs as jobs, and kills the first that segments."""
+        """Runs as jobs, and kills the first program that segments a scan: its job fails, and there is another."""
         slurm = Slurm(self.folder)
         self.addCleanup(slurm.stop)
         command = self.command('slurm', 'there', atlas='here/atlas/atlas.json', series='series')
         with open(self.folder / 'slurm.out', 'w') as log:
             begun = subprocess.Popen(command, cwd=self.folder, env=slurm.environment, stdout=log, stderr=log)
         self.addCleanup(begun.kill)
-        running = ('squeue', '-h', '-t', 'R', '-n', 'cohort-segment', '-o', '%A')
-        subprocess.run(['scancel', wait_for(lambda: slurm.ask(*running)).split()[0]], env=slurm.environment, check=True)
+        program = wait_for(lambda: process(str(self.programs / 'atlas'), 'segment', 'scans/hippocampus', 'there/scans'))
+        os.kill(program, signal.SIGKILL)
         status, log = begun.wait(3600), (self.folder / 'slurm.out').read_text()
         self.assertEqual(status, 0, log)
         self.assertEqual(log.count('Trying to restart job'), 1, log)
+        self.assertEqual(sorted(json.loads(path.read_text())['attempt'] for path in self.steps('there'))[-2:], [1, 2])
         self.assert_all_is_done('slurm', 'there', atlas='here/atlas/atlas.json', series='series')
 
     def test_the_table_is_the_same_here_and_on_slurm(self):
@@ -187,7 +284,7 @@ class Cohort(unittest.TestCase):
         self.on_slurm()
         here, there = ((self.folder / out / 'table.csv').read_text() for out in ('here', 'there'))
         self.assertEqual(here.replace('here/', ''), there.replace('there/', ''))
-        rows = {row['name']: row for row in csv.DictReader(here.splitlines())}
+        rows = self.rows('here')
         self.assertEqual(len(rows), 43 if ALL else 5)
         self.assertEqual({name for name, row in rows.items() if row['result'] == 'failed'}, {'cut', 'a label map'})
         self.assertGreaterEqual(sum(row['result'] == 'trusted' and float(row['confidence']) > 0.8 for row in rows.values()), 38 if ALL else 3)

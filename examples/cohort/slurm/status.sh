@@ -1,6 +1,7 @@
 #!/bin/sh
 # status.sh JOB: how a job of Slurm is, in the words of Snakemake. Jobs that the controller has forgotten are asked of the accounting, where
-# there is one. A controller that does not answer says nothing about the job.
+# there is one. A controller that does not answer says nothing about the job. One that ran short of memory may have been done all the same,
+# by writing that its program was killed: its log says so.
 said=$(scontrol -o show job "$1" 2>&1)
 state=$(echo "$said" | sed -n 's/.*JobState=\([A-Z_]*\).*/\1/p')
 case $state$said in
@@ -10,6 +11,7 @@ case $state$said in
 esac
 case $state in
     COMPLETED) echo success ;;
+    OUT_OF_MEMORY) grep -q '(100%) done' ".snakemake/slurm/$1.log" && echo success || echo failed ;;
     PENDING|CONFIGURING|RUNNING|COMPLETING|SUSPENDED|REQUEUED|RESIZING|STOPPED|SIGNALING|STAGE_OUT) echo running ;;
     *) echo failed ;;
 esac
