@@ -125,14 +125,15 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
     dicom)   # folders of DICOM files, which programs do without
         ls /usr/include/gdcm-*/gdcmImageReader.h > /dev/null 2>&1 || need libgdcm-dev ;;
-    cohort)   # scans by the hundred: a workflow, its pictures, and a cluster of one machine for its test
+    cohort)   # scans by the hundred: a workflow and its pictures
         need_command snakemake snakemake
+        [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import PIL, nibabel, numpy, yaml' 2> /dev/null ||
+            for package in python3-pil python3-nibabel python3-numpy python3-yaml; do need $package; done ;;
+    slurm)   # a cluster of one machine, on which a test runs that workflow
         need_command slurmctld slurmctld
         need_command slurmd slurmd
         need_command sbatch slurm-client
-        need_command munged munge
-        [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import PIL, nibabel, numpy' 2> /dev/null ||
-            for package in python3-pil python3-nibabel python3-numpy; do need $package; done ;;
+        need_command munged munge ;;
     engines)   # what holds the library in examples/engines, and a display for it
         need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         need_command pkg-config pkg-config

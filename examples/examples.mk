@@ -131,7 +131,7 @@ build/web/%.html: examples/web/%.html
 	@mkdir -p $(@D)
 	@cp $< $@
 
-cohort: deps-cohort   ## what the workflow of examples/cohort wants: two programs, Snakemake, Slurm
+cohort: deps-cohort   ## what the workflow of examples/cohort wants: two programs, Snakemake
 	@$(MAKE) $(PARALLEL) atlas register
 
 .PHONY: $(EXAMPLES) python engines cohort check-folders
