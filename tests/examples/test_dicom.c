@@ -36,11 +36,12 @@ static char error[VOLUME_TEXT];
 
 enum { COLUMNS = 7, ROWS = 5, SLICES = 6, EXPLICIT_LITTLE, RLE };
 
-/* A slice of a series; places in mm along the normal. */
+/* A slice of a series; places in mm along the normal, and from there along the rows; frames: 0 is one without a number. */
 struct slice {
     const char *name, *series, *description;
     int number, syntax;
-    double at, slope, intercept;
+    double at, slope, intercept, beside;
+    int frames;
 };
 
 /* Axes of the rows and columns, and their normal: turned about z and tilted. */
@@ -126,14 +127,14 @@ static void put_voxels(FILE *file, const struct slice *slice)
     put16(file, 0x0010);
     fputs(slice->syntax == RLE ? "OB" : "OW", file);
     put16(file, 0);
-    put32(file, slice->syntax == RLE ? 0xffffffffu : 2 * COUNT);
+    put32(file, slice->syntax == RLE ? 0xffffffffu : 2 * COUNT * (uint32_t)(slice->frames > 0 ? slice->frames : 1));
     if (slice->syntax == RLE) {
         put_packed(file, high, low, COUNT);
         return;
     }
-    for (int n = 0; n < COUNT; ++n) {
-        fputc(low[n], file);
-        fputc(high[n], file);
+    for (int n = 0; n < COUNT * (slice->frames > 0 ? slice->frames : 1); ++n) {
+        fputc(low[n % COUNT], file);
+        fputc(high[n % COUNT], file);
     }
 }
 
@@ -166,13 +167,20 @@ static bool write_slice(const char *folder_path, const struct slice *slice)
     put_text(file, 0x20, 0xe, "UI", slice->series);
     snprintf(text, sizeof text, "%d", slice->number);
     put_text(file, 0x20, 0x11, "IS", text);
-    snprintf(text, sizeof text, "%.10g\\%.10g\\%.10g", first_mm[0] + slice->at * normal[0], first_mm[1] + slice->at * normal[1],
-             first_mm[2] + slice->at * normal[2]);
+    double place[3];
+    for (int r = 0; r < 3; ++r) {
+        place[r] = first_mm[r] + slice->at * normal[r] + slice->beside * along[r];
+    }
+    snprintf(text, sizeof text, "%.10g\\%.10g\\%.10g", place[0], place[1], place[2]);
     put_text(file, 0x20, 0x32, "DS", text);
     snprintf(text, sizeof text, "%g\\%g\\%g\\%g\\%g\\%g", along[0], along[1], along[2], down[0], down[1], down[2]);
     put_text(file, 0x20, 0x37, "DS", text);
     put_number(file, 0x2, 1);
     put_text(file, 0x28, 4, "CS", "MONOCHROME2");
+    if (slice->frames > 0) {
+        snprintf(text, sizeof text, "%d", slice->frames);
+        put_text(file, 0x28, 8, "IS", text);
+    }
     put_number(file, 0x10, ROWS);
     put_number(file, 0x11, COLUMNS);
     snprintf(text, sizeof text, "%g\\%g", row_mm, column_mm);
@@ -259,6 +267,8 @@ static void leave_one_out(int k, struct slice *slice) { slice->slope = k == 3 ? 
 
 static void shift_one(int k, struct slice *slice) { slice->at += k == 3 ? 0.1 : 0.0; }
 
+static void move_one_beside(int k, struct slice *slice) { slice->beside = k == 3 ? 0.5 : 0.0; }
+
 static void double_one(int k, struct slice *slice) { slice->at = k == 3 ? 4.0 : slice->at; }
 
 TEST gaps_are_named(void)
@@ -272,6 +282,10 @@ TEST gaps_are_named(void)
     ASSERT(path && write_series(path, usual, double_one));
     ASSERT(!volume_read(path, 0, &v, error));
     ASSERTm(error, strstr(error, "lie at one place"));
+    path = new_folder("beside");
+    ASSERT(path && write_series(path, usual, move_one_beside));
+    ASSERT(!volume_read(path, 0, &v, error));
+    ASSERTm(error, strstr(error, "lies 0.5 mm off the line"));
     path = new_folder("uneven");
     ASSERT(path && write_series(path, usual, shift_one));
     ASSERTm(error, volume_read(path, 0, &v, error));
@@ -304,6 +318,10 @@ TEST one_of_two_series_is_chosen(void)
     volume_choose_series("4", "--series");
     ASSERT(!volume_read(path, 0, &v, error));
     ASSERTm(error, strstr(error, "there is no series 4; there are 3 (thick), 12 (thin)"));
+    char file[512];
+    snprintf(file, sizeof file, "%s/1.2.3.2_0", path);
+    ASSERT(!volume_read(file, 0, &v, error));
+    ASSERTm(error, strstr(error, "--series is for folders of DICOM files"));
     volume_choose_series(NULL, NULL);
     PASS();
 }
@@ -321,6 +339,27 @@ TEST damaged_files_are_named(void)
     ASSERT(stat(file, &info) == 0 && truncate(file, info.st_size - 20) == 0);
     ASSERT(!volume_read(path, 0, &v, error));
     ASSERTm(error, strstr(error, "1.2.3.1_0: damaged"));
+    for (long size = (long)info.st_size + 3; size >= 0; --size) { /* odd bytes behind the voxels are nothing that GDCM reads */
+        ASSERT_EQ(0, truncate(file, size));
+        if (size == (long)info.st_size) {
+            continue;
+        }
+        ASSERT(!volume_read(path, 0, &v, error));
+        ASSERTm(error, strstr(error, size > 0 && size < 132 ? "slices are missing" : "1.2.3.1_0: damaged")); /* "DICM" is at 128 */
+    }
+    PASS();
+}
+
+TEST films_are_no_volumes(void)
+{
+    struct volume v;
+    const char *path = new_folder("film");
+    struct slice film = usual;
+    film.name = "cine";
+    film.frames = 4;
+    ASSERT(path && write_slice(path, &film));
+    ASSERT(!volume_read(path, 0, &v, error));
+    ASSERTm(error, strstr(error, "cine: frames without places: a film?"));
     PASS();
 }
 
@@ -345,6 +384,7 @@ int main(int argc, char **argv)
         RUN_TEST(gaps_are_named);
         RUN_TEST(one_of_two_series_is_chosen);
         RUN_TEST(damaged_files_are_named);
+        RUN_TEST(films_are_no_volumes);
     } else {
         RUN_TEST(where_gdcm_is_missing_a_line_says_what_helps);
     }

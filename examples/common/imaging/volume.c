@@ -317,6 +317,9 @@ static bool read_all(const char *path, int frame, enum keep keep, struct volume 
     if (!is_folder(path) && volume_file_size(path) < 0) {
         return volume_error(error, "no such file, or not a plain one");
     }
+    if (!is_folder(path) && volume_series_is_chosen()) {
+        return volume_error(error, "%.60s is for folders of DICOM files", volume_series_is_chosen());
+    }
     if (!choose_reader(path, volume)(path, frame, volume, error)) {
         return false;
     }

@@ -14,8 +14,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -36,6 +39,8 @@ void volume_choose_series(const char *series, const char *option)
     series_option = option;
 }
 
+const char *volume_series_is_chosen(void) { return !wanted_series ? nullptr : series_option ? series_option : "a series"; }
+
 #ifndef HAS_GDCM
 
 bool volume_has_dicom(void) { return false; }
@@ -52,7 +57,11 @@ bool volume_has_dicom(void) { return true; }
 
 namespace {
 
-const gdcm::Tag series_uid(0x0020, 0x000e), series_number(0x0020, 0x0011), series_description(0x0008, 0x103e), rows(0x0028, 0x0010);
+const gdcm::Tag series_uid(0x0020, 0x000e), series_number(0x0020, 0x0011), series_description(0x0008, 0x103e), rows(0x0028, 0x0010),
+    kind(0x0002, 0x0002);
+
+/* Where a file has the places of its frames: for each frame, or as distances of planes of a dose. */
+const gdcm::Tag frame_groups(0x5200, 0x9230), plane_distances(0x3004, 0x000c);
 
 /* Parts of the usual distance by which those of slices may differ without a word, and at all. */
 const double regular = 0.01, bearable = 0.2;
@@ -79,21 +88,54 @@ std::string trimmed(const char *value)
     return first == std::string::npos ? "" : text.substr(first);
 }
 
-std::vector<series> find_series(const char *path)
+const char *name_of(const std::string &path)
+{
+    const size_t slash = path.rfind('/');
+    return path.c_str() + (slash == std::string::npos ? 0 : slash + 1);
+}
+
+/* Returns whether a file is of a kind that has rows: CT, MR or PET. Without them it is cut off between two elements. */
+bool should_have_rows(const gdcm::Scanner &scanner, const std::string &file)
+{
+    static const char *const kinds[] = {"1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.4", "1.2.840.10008.5.1.4.1.1.128"};
+    return std::find(std::begin(kinds), std::end(kinds), trimmed(scanner.GetValue(file.c_str(), kind))) != std::end(kinds);
+}
+
+bool damaged(const std::string &file, char error[VOLUME_TEXT])
+{
+    return volume_error(error, "%.100s: damaged, empty or cut off", name_of(file));
+}
+
+/* Lists the series of a folder, by their numbers. Returns false where a file is damaged. */
+bool find_series(const char *path, std::vector<series> &list, char error[VOLUME_TEXT])
 {
     gdcm::Directory folder;
     gdcm::Scanner scanner;
     folder.Load(path, false);
     std::vector<std::string> files = folder.GetFilenames();
     std::sort(files.begin(), files.end());
-    for (const gdcm::Tag &tag : {series_uid, series_number, series_description, rows}) {
+    for (const gdcm::Tag &tag : {series_uid, series_number, series_description, rows, kind}) {
         scanner.AddTag(tag);
+    }
+    for (const std::string &file : files) { /* before GDCM sees them */
+        if (volume_look_at_dicom(file.c_str()) == DICOM_CUT) {
+            return damaged(file, error);
+        }
     }
     scanner.Scan(files);
     std::map<std::string, series> found;
     for (const std::string &file : files) {
-        if (!scanner.IsKey(file.c_str()) || trimmed(scanner.GetValue(file.c_str(), rows)).empty()) {
-            continue; /* no DICOM, or no image, such as DICOMDIR */
+        if (!scanner.IsKey(file.c_str())) {
+            if (volume_look_at_dicom(file.c_str()) != NO_DICOM) {
+                return damaged(file, error);
+            }
+            continue;
+        }
+        if (trimmed(scanner.GetValue(file.c_str(), rows)).empty()) {
+            if (should_have_rows(scanner, file)) {
+                return damaged(file, error);
+            }
+            continue; /* no image, such as DICOMDIR */
         }
         const std::string uid = trimmed(scanner.GetValue(file.c_str(), series_uid));
         series &one = found[uid];
@@ -102,12 +144,11 @@ std::vector<series> find_series(const char *path)
         one.description = trimmed(scanner.GetValue(file.c_str(), series_description));
         one.files.push_back(file);
     }
-    std::vector<series> list;
     for (const auto &entry : found) {
         list.push_back(entry.second);
     }
     std::stable_sort(list.begin(), list.end(), [](const series &a, const series &b) { return atoi(a.number.c_str()) < atoi(b.number.c_str()); });
-    return list;
+    return true;
 }
 
 std::string names_of(const std::vector<series> &list)
@@ -161,10 +202,11 @@ bool is_cut(const std::string &name, const gdcm::File &file)
     return volume_file_size(name.c_str()) < least;
 }
 
+int depth_of(const gdcm::Image &image) { return image.GetNumberOfDimensions() > 2 ? int(image.GetDimension(2)) : 1; }
+
 bool read_slice(const std::string &file, slice *one, char error[VOLUME_TEXT])
 {
-    const size_t slash = file.rfind('/');
-    const char *name = file.c_str() + (slash == std::string::npos ? 0 : slash + 1);
+    const char *name = name_of(file);
     gdcm::ImageReader reader;
     reader.SetFileName(file.c_str());
     if (!reader.Read() || is_cut(file, reader.GetFile())) {
@@ -174,6 +216,10 @@ bool read_slice(const std::string &file, slice *one, char error[VOLUME_TEXT])
     one->file = name;
     if (one->image.GetPixelFormat().GetSamplesPerPixel() != 1) {
         return volume_error(error, "%.100s: a colour picture", name);
+    }
+    const gdcm::DataSet &elements = reader.GetFile().GetDataSet();
+    if (depth_of(one->image) > 1 && !elements.FindDataElement(frame_groups) && !elements.FindDataElement(plane_distances)) {
+        return volume_error(error, "%.100s: frames without places: a film?", name);
     }
     const double *cosines = one->image.GetDirectionCosines();
     for (int r = 0; r < 3; ++r) {
@@ -218,7 +264,20 @@ bool sort_slices(std::vector<slice> &slices, char error[VOLUME_TEXT])
     return true;
 }
 
-/* Looks for slices that are missing, or lie at one place. */
+/* Returns how far a slice lies from its place between the first and the last, mm: along the normal or beside it. */
+double off_line(const std::vector<slice> &slices, size_t k)
+{
+    const slice &first = slices.front(), &last = slices.back();
+    const double part = double(k) / double(slices.size() - 1);
+    double square = 0.0;
+    for (int r = 0; r < 3; ++r) {
+        const double off = slices[k].origin[r] - first.origin[r] - part * (last.origin[r] - first.origin[r]);
+        square += off * off;
+    }
+    return std::sqrt(square);
+}
+
+/* Looks for slices that are missing, lie at one place, or beside the others. */
 bool look_at_distances(const std::vector<slice> &slices, struct volume *volume, char error[VOLUME_TEXT])
 {
     std::vector<double> steps;
@@ -238,6 +297,13 @@ bool look_at_distances(const std::vector<slice> &slices, struct volume *volume, 
             return volume_error(error, "slices are missing: %.80s and %.80s lie %.4g mm apart, others %.4g mm", before, after, steps[k], usual);
         }
         irregular = irregular || std::fabs(steps[k] - usual) > regular * usual;
+    }
+    for (size_t k = 1; k + 1 < slices.size(); ++k) {
+        if (off_line(slices, k) > bearable * usual) {
+            return volume_error(error, "%.100s lies %.4g mm off the line from the first slice to the last: shifted sideways?", slices[k].file.c_str(),
+                                off_line(slices, k));
+        }
+        irregular = irregular || off_line(slices, k) > regular * usual;
     }
     if (irregular) {
         volume_add_warning(volume, "distances of the slices differ: their mean is taken");
@@ -303,7 +369,7 @@ bool read_series(const series &chosen, int frame, struct volume *volume, char er
         }
     }
     const gdcm::Image &image = slices[0].image;
-    const int depth = image.GetNumberOfDimensions() > 2 ? int(image.GetDimension(2)) : 1;
+    const int depth = depth_of(image);
     if (depth > 1 && slices.size() > 1) {
         return volume_error(error, "several files with many slices each in one series");
     }
@@ -328,8 +394,8 @@ bool volume_read_dicom(const char *path, int frame, struct volume *volume, char 
         gdcm::Trace::DebugOff();
         gdcm::Trace::WarningOff();
         gdcm::Trace::ErrorOff();
-        const std::vector<series> list = find_series(path);
-        const series *chosen = choose_series(list, error);
+        std::vector<series> list;
+        const series *chosen = find_series(path, list, error) ? choose_series(list, error) : nullptr;
         return chosen && read_series(*chosen, frame, volume, error);
     } catch (const std::exception &problem) {
         return volume_error(error, "%.200s", problem.what());

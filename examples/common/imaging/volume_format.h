@@ -15,6 +15,11 @@ bool volume_read_meta(const char *path, int frame, struct volume *volume, char e
 
 /* Reads the series that was chosen, or the only one, of a folder of DICOM files (frame 0). */
 bool volume_read_dicom(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+/* Returns the option by which a series was chosen; NULL: none was. */
+const char *volume_series_is_chosen(void);
+/* Looks whether a file is DICOM ("DICM" at byte 128), and shorter than its elements say, or empty. */
+enum volume_dicom { NO_DICOM, DICOM_CUT, DICOM_WHOLE };
+enum volume_dicom volume_look_at_dicom(const char *path);
 
 bool volume_write_nifti(const char *path, const struct volume *like, enum volume_type type, const void *data,
                         char error[VOLUME_TEXT]);
