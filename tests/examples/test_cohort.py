@@ -14,6 +14,12 @@ import tempfile
 import time
 import unittest
 
+try:
+    import nibabel
+    import numpy
+except ImportError:   # missing() says so
+    pass
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COHORT = ROOT / 'examples/cohort'
 DATA = pathlib.Path(os.environ.get('SPRINGLS_DATA', ''), 'shapes/hippocampus')
@@ -149,10 +155,11 @@ class Folder(unittest.TestCase):
 
 
 REPORT = '{"confidence": {"volume_ml": 2, "predicted_dice": 0.5, "predicted_dice_error": 0.1}, "image_warning": "odd"}'
-# Does what the scan's name says, after writing a report.
+# Does what the scan's name says, after writing a report; builds an atlas, and says so.
 PROGRAM = f'''#!/bin/sh
 for folder; do :; done
 echo '{REPORT}' > "$folder/report.json"
+[ "$1" != build ] || {{ echo built >&2; exec touch "$folder/atlas.json"; }}
 case $2 in
     *done*) ;;
     *doubted*) echo "atlas: $2: not to be trusted: too big" >&2; exit 1 ;;
@@ -191,6 +198,34 @@ class Programs(Folder):
         self.run_to_end([sys.executable, COHORT / 'step.py', path, '1', '3', '0.02', self.programs / 'atlas', 'segment', 'long'])
         step = json.loads(path.read_text())
         self.assertEqual((step['result'], step['reason']), ('failed', 'longer than 0.02 minutes'))
+
+    def test_what_is_done_anew(self):
+        """The atlas is built of its subjects, whatever else lies beside their images."""
+        for path in ('labels/a.nii', 'images/a.nii', 'scans/done.nii'):
+            self.write(path)
+        command = self.command('local', 'out', '--cores', '1', subjects='labels', images='images', scans='scans')
+        self.assertEqual(self.run_to_end(command).count('built\n'), 1)
+        self.write('images/b.nii')
+        self.assertIn('Nothing to be done', self.run_to_end(command))
+        self.write('labels/b.nii')
+        self.assertEqual(self.run_to_end(command).count('built\n'), 1)
+
+    def test_frames_of_a_series(self):
+        (self.folder / 'series').mkdir()
+        nibabel.Nifti1Image(numpy.zeros((2, 2, 2, 3), numpy.float32), numpy.eye(4)).to_filename(self.folder / 'series/heart.nii')
+        self.write('labels/heart.nii')
+        said = self.run_to_end(self.command('local', 'out', '-n', '-p', series='series', series_labels='labels'))
+        for frame in ('1', '2'):
+            self.assertIn(f'--fixed-frame 0 --moving-frame {frame} --inverse-labels labels/heart.nii', said)
+
+    def test_jobs_that_ran_short_of_memory(self):
+        """They have succeeded if their log says that all is done."""
+        self.write('the programs/scontrol', '#!/bin/sh\necho "JobId=$4 JobState=OUT_OF_MEMORY Reason=OutOfMemory"\n').chmod(0o755)
+        self.write('.snakemake/slurm/1.log', 'Finished job 0.\n1 of 1 steps (100%) done\n')
+        self.write('.snakemake/slurm/2.log', 'Exiting because a job execution failed.\n')
+        path = dict(os.environ, PATH=f'{self.programs}:{os.environ["PATH"]}')
+        for job, expected in (('1', 'success'), ('2', 'failed'), ('3', 'failed')):
+            self.assertTrue(self.run_to_end(['sh', COHORT / 'slurm/status.sh', job], env=path).startswith(expected))
 
     def test_settings_that_are_refused(self):
         for path in ('scans/a.nii', 'twice/a.nii', 'twice/a.mha', 'labels/a.nii', 'labels/b.nii', 'images/a.nii', 'single/a.nrrd',

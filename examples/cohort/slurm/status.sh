@@ -11,7 +11,7 @@ case $state$said in
 esac
 case $state in
     COMPLETED) echo success ;;
-    OUT_OF_MEMORY) grep -q '(100%) done' ".snakemake/slurm/$1.log" && echo success || echo failed ;;
+    OUT_OF_MEMORY) grep -qs '(100%) done' ".snakemake/slurm/$1.log" && echo success || echo failed ;;
     PENDING|CONFIGURING|RUNNING|COMPLETING|SUSPENDED|REQUEUED|RESIZING|STOPPED|SIGNALING|STAGE_OUT) echo running ;;
     *) echo failed ;;
 esac
