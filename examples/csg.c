@@ -45,7 +45,7 @@ struct csg {
     springls_contouring contouring; /* of results */
     springls_mesh mesh;
     float *colors;
-    int springls;
+    int springls, dropped; /* dropped: specks of the result */
     springls_stats stats;
     springls_measures measures;
     double seconds;
@@ -240,12 +240,13 @@ static springls_status operate(struct csg *csg)
 
 /* ---- output ---- */
 
-/* Extracts the surface of a solid, or of the result, with its colours. */
-static bool extract(const struct csg *csg, springls_context *ctx, springls_mesh *mesh, float **colors, springls_measures *measures)
+/* Extracts the surface of a solid, or of the result, with its colours. dropped: how many specks are left out (NULL: not wanted). */
+static bool extract(const struct csg *csg, springls_context *ctx, springls_mesh *mesh, float **colors, springls_measures *measures,
+                    int *dropped)
 {
     const double speck = 8.0; /* voxels^3, as mend's --specks */
     *colors = NULL;
-    if (!solid_extract(ctx, csg->contouring, speck * csg->spacing * csg->spacing * csg->spacing, mesh, NULL)) {
+    if (!solid_extract(ctx, csg->contouring, speck * csg->spacing * csg->spacing * csg->spacing, mesh, dropped)) {
         return false;
     }
     *colors = malloc(((size_t)mesh->vertex_count + 1) * 3 * sizeof **colors);
@@ -291,7 +292,7 @@ static bool look_at(struct csg *csg, int number, const struct raycast_camera *ca
     struct solid *s = &csg->solids[number];
     springls_mesh mesh;
     float *colors;
-    const bool fine = extract(csg, s->ctx, &mesh, &colors, &s->measures)
+    const bool fine = extract(csg, s->ctx, &mesh, &colors, &s->measures, NULL)
                       && (!csg->common.out || draw(&mesh, colors, camera, &csg->pictures[number]));
     springls_mesh_free(s->ctx, &mesh);
     free(colors);
@@ -384,6 +385,7 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
     }
     json_array_end(&json);
     json_measures(&json, "result", &csg->measures);
+    json_integer(&json, "specks_of_result", csg->dropped);
     json_integer(&json, "springls", csg->springls);
     json_integer(&json, "at_edges", csg->stats.at_edges);
     json_integer(&json, "triangles", csg->mesh.triangle_count);
@@ -452,7 +454,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     springls_context *ctx = csg->solids[0].ctx;
     csg->springls = springls_count(ctx);
     csg->stats = springls_get_stats(ctx);
-    if (!extract(csg, ctx, &csg->mesh, &csg->colors, &csg->measures)
+    if (!extract(csg, ctx, &csg->mesh, &csg->colors, &csg->measures, &csg->dropped)
         || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
         return report_failure("the result", ctx);
     }
@@ -498,6 +500,9 @@ static void print(const struct csg *csg)
     printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", csg->operation, csg->measures.volume,
            csg->measures.area,
            csg->measures.components, csg->measures.euler);
+    if (csg->dropped > 0) {
+        printf("%-14s %d speck%s left out\n", "", csg->dropped, csg->dropped == 1 ? "" : "s");
+    }
     printf("%d springls on voxels of %.4g, %.2f s\n", csg->springls, csg->spacing, csg->seconds);
 }
 

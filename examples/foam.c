@@ -12,7 +12,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST_CELLS = 1000, PICTURE = 420, FRAMES = 4, LOOK = 5, MET = 6 }; /* LOOK: steps; MET: triangles of a wall that counts */
+enum { MOST_CELLS = 1000, LEAST_GRID = 20, MOST_GRID = 512, PICTURE = 420, FRAMES = 4, LOOK = 5, MET = 6 }; /* LOOK: steps; MET: triangles of a wall that counts */
 
 struct foam {
     struct cli_common common;
@@ -33,10 +33,12 @@ struct foam {
 static bool works(const struct foam *foam, springls_status status)
 {
     if (status != SPRINGLS_OK) {
-        fprintf(stderr, "foam: %s\n", foam->tiling ? springls_tiling_last_error(foam->tiling) : springls_status_string(status));
+        fprintf(stderr, "foam: %s\n", springls_tiling_last_error(foam->tiling));
     }
     return status == SPRINGLS_OK;
 }
+
+static bool no_memory(void) { return cli_fail("foam", CLI_EXIT_FAILURE, "not enough memory") == CLI_CONTINUE; }
 
 /* ---- random cells ---- */
 
@@ -103,14 +105,14 @@ static void label_voxels(struct foam *foam, int32_t *labels, bool even_out)
 static bool set_cells(struct foam *foam)
 {
     int32_t *labels = malloc((size_t)foam->grid * (size_t)foam->grid * (size_t)foam->grid * sizeof *labels);
-    bool done = labels != NULL;
-    if (done) {
-        random_places(foam);
-        label_voxels(foam, labels, true);
-        label_voxels(foam, labels, true);
-        label_voxels(foam, labels, false);
-        done = works(foam, springls_tiling_set_labels(foam->tiling, labels, 2));
+    if (!labels) {
+        return no_memory();
     }
+    random_places(foam);
+    label_voxels(foam, labels, true);
+    label_voxels(foam, labels, true);
+    label_voxels(foam, labels, false);
+    const bool done = works(foam, springls_tiling_set_labels(foam->tiling, labels, 2));
     free(labels);
     for (int i = 0; i < foam->cells; i++) {
         foam->held[i].label = i + 1;
@@ -233,12 +235,15 @@ static bool line_from(const springls_walls *walls, const struct around *around, 
     return normalize(way) && found > 1;
 }
 
-/* Measures the angles between the four lines at each place where films of four labels meet. */
-static void measure_corners(const springls_walls *walls, const struct around *around, struct spread *angles)
+/* Measures the angles between the four lines at each place where films of four labels meet. Returns false if memory is short. */
+static bool measure_corners(const springls_walls *walls, const struct around *around, struct spread *angles)
 {
     struct around *done = calloc((size_t)walls->vertex_count + 1, sizeof *done);
     int count = 0;
-    for (int v = 0; done && v < walls->vertex_count; v++) {
+    if (!done) {
+        return false;
+    }
+    for (int v = 0; v < walls->vertex_count; v++) {
         double p[3], way[CORNERS][3];
         bool fresh = around[v].count == CORNERS, all = true;
         for (int i = 0; i < count && fresh; i++) {
@@ -265,6 +270,7 @@ static void measure_corners(const springls_walls *walls, const struct around *ar
         }
     }
     free(done);
+    return true;
 }
 
 /* Finds the way from p, square to the line t, into the film between two labels: to its triangles 1 to 3 voxels off. */
@@ -475,34 +481,56 @@ static bool take_picture(struct foam *foam, const springls_walls *walls, int fra
         snprintf(foam->caption[frame], sizeof foam->caption[frame], "step %d", step);
     }
     free_look(&look);
-    return done;
+    return done || no_memory();
 }
 
-static bool write_results(struct foam *foam, const springls_walls *walls)
+static bool write_picture(struct foam *foam)
 {
     const char *captions[FRAMES];
-    char path[1024], error[MESH_TEXT];
+    char path[1024];
     struct image strip;
-    struct look look;
-    bool done;
     for (int i = 0; i < FRAMES; i++) {
         captions[i] = foam->caption[i];
     }
-    done = image_strip(foam->picture, captions, FRAMES, FRAMES, color_rgb(1.0f, 1.0f, 1.0f), &strip);
-    if (done) {
-        done = image_write_small_png(&strip, 255, run_path(foam->common.out, "foam.png", path, sizeof path));
-        image_free(&strip);
+    if (!image_strip(foam->picture, captions, FRAMES, FRAMES, color_rgb(1.0f, 1.0f, 1.0f), &strip)) {
+        return no_memory();
     }
-    if (done && make_look(foam, walls, true, &look)) {
+    const bool done = image_write_small_png(&strip, 255, run_path(foam->common.out, "foam.png", path, sizeof path))
+                   || cli_write_failed("foam", path);
+    image_free(&strip);
+    return done;
+}
+
+static bool write_mesh(struct foam *foam, const springls_walls *walls)
+{
+    char path[1024], error[MESH_TEXT];
+    struct look look;
+    bool done = make_look(foam, walls, true, &look) || no_memory();
+    if (done) {
         const struct mesh_arrays mesh = {.positions = look.positions, .vertex_count = look.vertices, .indices = look.indices,
                                          .triangle_count = look.triangles, .colors = look.colors};
-        done = mesh_write(run_path(foam->common.out, "foam.glb", path, sizeof path), &mesh, error);
-        free_look(&look);
+        done = mesh_write(run_path(foam->common.out, "foam.glb", path, sizeof path), &mesh, error)
+            || cli_fail("foam", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
     }
+    free_look(&look);
     return done;
 }
 
 /* ---- the run ---- */
+
+static bool print_all_angles(const springls_walls *walls)
+{
+    struct around *around = labels_around(walls);
+    struct spread lines = {0.0, 0.0, 0}, corners = {0.0, 0.0, 0};
+    const bool measured = around && measure_corners(walls, around, &corners);
+    if (measured) {
+        measure_lines(walls, around, &lines);
+        print_angles("angles where three films meet", &lines, 120.0);
+        print_angles("angles where four lines meet", &corners, 109.47);
+    }
+    free(around);
+    return measured || no_memory();
+}
 
 /* Takes a look at the foam after a step: at all of it in the end. */
 static bool observe(struct foam *foam, int step)
@@ -523,16 +551,7 @@ static bool observe(struct foam *foam, int step)
         done = take_picture(foam, &walls, frame, step);
     }
     if (last) {
-        struct around *around = labels_around(&walls);
-        struct spread lines = {0.0, 0.0, 0}, corners = {0.0, 0.0, 0};
-        if (around) {
-            measure_lines(&walls, around, &lines);
-            measure_corners(&walls, around, &corners);
-        }
-        print_angles("angles where three films meet", &lines, 120.0);
-        print_angles("angles where four lines meet", &corners, 109.47);
-        free(around);
-        done = done && (!foam->common.out || write_results(foam, &walls));
+        done = done && print_all_angles(&walls) && (!foam->common.out || (write_picture(foam) && write_mesh(foam, &walls)));
     }
     springls_walls_free(foam->tiling, &walls);
     return done;
@@ -595,7 +614,14 @@ static bool prepare(struct foam *foam)
     for (int k = 0; k < 3; k++) {
         desc.grid.size[k] = foam->grid;
     }
-    return foam->faces && foam->touch && works(foam, springls_tiling_create(&desc, &foam->tiling));
+    if (!foam->faces || !foam->touch) {
+        return no_memory();
+    }
+    if (springls_tiling_create(&desc, &foam->tiling) != SPRINGLS_OK) {
+        const char *why = springls_create_error(&desc);
+        return *why ? cli_fail("foam", CLI_EXIT_FAILURE, "%s", why) == CLI_CONTINUE : no_memory();
+    }
+    return true;
 }
 
 int main(int argc, char **argv)
@@ -613,9 +639,15 @@ int main(int argc, char **argv)
         {"seed", CLI_INT, &foam.seed, "N", "of the random places", 0.0, 1e9, NULL},
         {"dt", CLI_FLOAT, &foam.dt, "T", "time a step: voxel^2, as the surface tension is 1", 0.01, 1.0, NULL},
     };
+    static const struct cli_writes writes[] = {{.files = "foam.png"}, {.files = "foam.glb"}};
     const struct cli_program program = {.name = "foam", .summary = "a foam of random bubbles comes to rest", .common = &foam.common,
-                                        .options = options, .option_count = sizeof options / sizeof *options};
+                                        .options = options, .option_count = sizeof options / sizeof *options,
+                                        .without = "params|backend|json|quiet", .writes = writes,
+                                        .writes_count = sizeof writes / sizeof *writes};
     int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE && foam.common.grid > 0) {
+        status = cli_grid("foam", &foam.common, 0, LEAST_GRID, MOST_GRID);
+    }
     if (status == CLI_CONTINUE) {
         status = run_options("foam", &foam.common, NULL, &params);
     }

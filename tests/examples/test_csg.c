@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 
 #include "base/vec3.h"
 #include "gltf_problems.h"
+#include "json_report.h"
 #include "run_program.h"
 #include "surface/mesh_check.h"
 
@@ -326,6 +327,9 @@ TEST results_that_cannot_be_written_end_with_one_line(void)
     const char *const both[] = {"--grid", "24", "--out", made, "--json", inside, "--quiet", NULL};
     ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", "ball:0,0,0,1", NULL, both));
     ASSERT(is_there(inside));
+    cJSON *json = read_report(inside);
+    ASSERT_EQ(0.0, number_of(json, "specks_of_result"));
+    cJSON_Delete(json);
     PASS();
 }
 

@@ -54,11 +54,43 @@ TEST one_bubble_is_refused(void)
     PASS();
 }
 
+/* Grids without a ball, and those with more voxels than an int counts; options without effect. */
+TEST what_has_no_effect_is_refused(void)
+{
+    static const char *const options[][2] = {{"--grid", "12"}, {"--grid", "513"}, {"--params", "paper"}, {"--backend", "opencl"},
+                                             {"--json", "-"}, {"--quiet", NULL}};
+    for (int i = 0; i < 6; i++) {
+        const char *const arguments[] = {"foam", "--steps", "3", options[i][0], options[i][1], NULL};
+        ASSERT_EQ(2, run_program(foam_main, arguments, NULL));
+        ASSERT(strstr(printed("stderr"), options[i][0]));
+    }
+    PASS();
+}
+
+/* Before the work: a folder lies where the mesh goes. */
+TEST a_mesh_that_cannot_be_written_is_named(void)
+{
+    char mesh[300];
+    snprintf(mesh, sizeof mesh, "%s/foam.glb", scratch("foam"));
+    ASSERT_EQ(0, remove(mesh));
+    ASSERT_EQ(0, mkdir(mesh, 0700));
+    const char *const arguments[] = {"foam", "--cells", "3", "--steps", "3", "--out", scratch("foam"), NULL};
+    ASSERT_EQ(2, run_program(foam_main, arguments, NULL));
+    ASSERT(strstr(printed("stderr"), "foam.glb: cannot be written: it is a folder"));
+    PASS();
+}
+
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
+    if (!make_folder()) {
+        return EXIT_FAILURE;
+    }
     RUN_TEST(three_bubbles);
     RUN_TEST(one_bubble_is_refused);
+    RUN_TEST(what_has_no_effect_is_refused);
+    RUN_TEST(a_mesh_that_cannot_be_written_is_named);
+    remove_folder();
     GREATEST_MAIN_END();
 }
 
