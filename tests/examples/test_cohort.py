@@ -91,10 +91,14 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
         munge = folder / 'munge'
         self.start('munged', '--foreground', '--force', '--key-file', munge / 'key', '--socket', munge / 'socket', '--pid-file', munge / 'pid',
                    '--log-file', munge / 'log', '--seed-file', munge / 'seed')
-        wait_for((munge / 'socket').exists)
-        self.start('slurmctld', '-D', '-i')
-        self.start('slurmd', '-D')
-        wait_for(lambda: 'idle' in self.ask('sinfo', '-h', '-o', '%T'))
+        try:
+            wait_for((munge / 'socket').exists)
+            self.start('slurmctld', '-D', '-i')
+            self.start('slurmd', '-D')
+            wait_for(lambda: 'idle' in self.ask('sinfo', '-h', '-o', '%T'))
+        except TimeoutError:   # as where a container lets no daemon be
+            self.stop()
+            raise unittest.SkipTest('Slurm does not start on this machine')
 
     def start(self, *command):
         self.daemons.append(subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
