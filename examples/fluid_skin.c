@@ -2,7 +2,9 @@
  * measures in every frame what is wrong with it. `fluid_skin [FRAMES [PICTURE.png]]`; 150 frames.
  *
  * The fluid is the recipe's: its particles, its union_of and its flow. Lengths are cells of the fluid; a voxel is a third of one. */
+#include "base/cli.h"
 #include "springls/model_pictures.h"
+#include "springls/run_options.h"
 
 #include <time.h>
 
@@ -83,6 +85,18 @@ static double union_volume(void)
     return sum / (DENSE * DENSE * DENSE);
 }
 
+/* The distance of a place from the union, cells. Inside it is that within the nearest ball. */
+static float off_union(const float *place)
+{
+    float off;
+    union_of(NULL, place, 1, &off);
+    if (off > 0.99f) { /* there union_of is cut short */
+        const float *p = x[nearest_particle(place)], d[3] = {p[0] - place[0], p[1] - place[1], p[2] - place[2]};
+        off = sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) - radius;
+    }
+    return fabsf(off);
+}
+
 /* Looks for mesh without particles, and particles without mesh. */
 static void look_at_frame(springls_context *skin, struct findings *found)
 {
@@ -91,11 +105,7 @@ static void look_at_frame(springls_context *skin, struct findings *found)
     ok(skin, springls_sample_distance(skin, x[0], particles, distance));
     for (int i = 0; i < particles; i++) found->outside = fmaxf(found->outside, distance[i]);
     ok(skin, springls_extract_mesh(skin, &mesh));
-    for (int i = 0; i < mesh.vertex_count; i++) {
-        float off;
-        union_of(NULL, mesh.positions + 3 * i, 1, &off);
-        found->off_union = fmaxf(found->off_union, fabsf(off));
-    }
+    for (int i = 0; i < mesh.vertex_count; i++) found->off_union = fmaxf(found->off_union, off_union(mesh.positions + 3 * i));
     springls_mesh_free(skin, &mesh);
 }
 
@@ -195,13 +205,31 @@ static void run_frame(springls_context *skin, springls_context *alone, const spr
 static void write_film(struct model_frame *frames, int count, const char *path)
 {
     const struct model_view view = {.direction = {0.5f, -1.0f, 0.6f}, .up = {0, 0, 1}, .width = 300, .height = 210, .by_correspondence = true};
-    if (!model_film_write(frames, count, &view, path)) perror(path), exit(1);
+    if (!model_film_write(frames, count, &view, path)) cli_write_failed("fluid_skin", path), exit(1);
+}
+
+/* Reads the command line. Returns CLI_CONTINUE, or what main returns. */
+static int read_arguments(int argc, char **argv, int *frames, const char **picture)
+{
+    const char *number = "150";
+    const struct cli_positional positionals[] = {{"FRAMES", &number, "how many frames, 1 to 100000 (150)", false},
+                                                 {"PICTURE", picture, "a PNG of six of them", false}};
+    const struct cli_program program = {.name = "fluid_skin", .summary = "a dam breaks, and the skin of its particles is measured",
+                                        .positionals = positionals, .positional_count = 2};
+    const int status = cli_parse(&program, argc, argv);
+    if (status != CLI_CONTINUE) return status;
+    if (!cli_read_int(number, frames) || *frames < 1 || *frames > 100000)
+        return cli_fail("fluid_skin", CLI_EXIT_USAGE, "FRAMES %s: expected an integer from 1 to 100000", number);
+    return *picture ? run_check_output("fluid_skin", *picture) : CLI_CONTINUE;
 }
 
 int main(int argc, char **argv)
 {
-    const int frames = argc > 1 ? atoi(argv[1]) : 150, period = frames < ROWS ? 1 : frames / ROWS;
-    const char *picture = argc > 2 ? argv[2] : NULL;
+    int frames = 0;
+    const char *picture = NULL;
+    const int status = read_arguments(argc, argv, &frames, &picture);
+    if (status != CLI_CONTINUE) return status;
+    const int period = frames < ROWS ? 1 : frames / ROWS;
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     struct findings found = {0};
@@ -209,7 +237,6 @@ int main(int argc, char **argv)
     springls_context *skin, *alone;
     int taken = 0;
 
-    if (frames < 1) return puts("fluid_skin [FRAMES [PICTURE.png]]"), 2;
     fill_tank(16);
     skin = skin_of_particles();
     alone = skin_of_particles();
