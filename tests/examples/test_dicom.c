@@ -36,12 +36,15 @@ static char error[VOLUME_TEXT];
 
 enum { COLUMNS = 7, ROWS = 5, SLICES = 6, EXPLICIT_LITTLE, RLE };
 
-/* A slice of a series; places in mm along the normal, and from there along the rows; frames: 0 is one without a number. */
+/* A slice of a series; places in mm along the normal, and from there along the rows; frames: 0 is one without a number;
+ * grouped, they have places, so many mm from one to the next, and a slope and intercept each. */
 struct slice {
     const char *name, *series, *description;
     int number, syntax;
     double at, slope, intercept, beside;
     int frames;
+    bool grouped;
+    double step;
 };
 
 /* Axes of the rows and columns, and their normal: turned about z and tilted. */
@@ -138,15 +141,98 @@ static void put_voxels(FILE *file, const struct slice *slice)
     }
 }
 
+/* CT, plain or with many frames. */
+static const char *kind_of(const struct slice *slice)
+{
+    return slice->grouped ? "1.2.840.10008.5.1.4.1.1.2.1" : "1.2.840.10008.5.1.4.1.1.2";
+}
+
 static void put_meta(FILE *file, const struct slice *slice, const char *instance)
 {
     const char *syntax = slice->syntax == RLE ? "1.2.840.10008.1.2.5" : "1.2.840.10008.1.2.1";
     static const char preamble[128];
     fwrite(preamble, 1, sizeof preamble, file);
     fputs("DICM", file);
-    put_text(file, 2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2");
+    put_text(file, 2, 2, "UI", kind_of(slice));
     put_text(file, 2, 3, "UI", instance);
     put_text(file, 2, 0x10, "UI", syntax);
+}
+
+static void begin_item(FILE *file, unsigned group, unsigned element)
+{
+    put16(file, group);
+    put16(file, element);
+    fputs("SQ", file);
+    put16(file, 0);
+    put32(file, 0xffffffffu);
+    put32(file, 0xe000fffeu);
+    put32(file, 0xffffffffu);
+}
+
+static void end_item(FILE *file, bool last)
+{
+    put32(file, 0xe00dfffeu);
+    put32(file, 0);
+    put32(file, last ? 0xe0ddfffeu : 0xe000fffeu);
+    put32(file, last ? 0 : 0xffffffffu);
+}
+
+static void put_place(FILE *file, double at, double beside)
+{
+    double place[3];
+    char text[256];
+    for (int r = 0; r < 3; ++r) {
+        place[r] = first_mm[r] + at * normal[r] + beside * along[r];
+    }
+    snprintf(text, sizeof text, "%.10g\\%.10g\\%.10g", place[0], place[1], place[2]);
+    put_text(file, 0x20, 0x32, "DS", text);
+}
+
+static void put_axes(FILE *file)
+{
+    char text[256];
+    snprintf(text, sizeof text, "%g\\%g\\%g\\%g\\%g\\%g", along[0], along[1], along[2], down[0], down[1], down[2]);
+    put_text(file, 0x20, 0x37, "DS", text);
+}
+
+static void put_sides(FILE *file)
+{
+    char text[256];
+    snprintf(text, sizeof text, "%g\\%g", row_mm, column_mm);
+    put_text(file, 0x28, 0x30, "DS", text);
+}
+
+static void put_scale(FILE *file, double intercept, double slope)
+{
+    char text[256];
+    snprintf(text, sizeof text, "%g", intercept);
+    put_text(file, 0x28, 0x1052, "DS", text);
+    snprintf(text, sizeof text, "%g", slope);
+    put_text(file, 0x28, 0x1053, "DS", text);
+}
+
+/* What frames share, and what each has, out of order. */
+static void put_groups(FILE *file, const struct slice *slice)
+{
+    begin_item(file, 0x5200, 0x9229);
+    begin_item(file, 0x20, 0x9116);
+    put_axes(file);
+    end_item(file, true);
+    begin_item(file, 0x28, 0x9110);
+    put_sides(file);
+    end_item(file, true);
+    end_item(file, true);
+    begin_item(file, 0x5200, 0x9230);
+    for (int f = 0; f < slice->frames; ++f) {
+        const int k = (f * 5 + 2) % slice->frames;
+        begin_item(file, 0x20, 0x9113);
+        put_place(file, slice->step * k, 0.0);
+        end_item(file, true);
+        begin_item(file, 0x28, 0x9145);
+        put_scale(file, 10.0 * k, 1.0 + k);
+        end_item(file, true);
+        end_item(file, f + 1 == slice->frames);
+    }
 }
 
 static bool write_slice(const char *folder_path, const struct slice *slice)
@@ -159,7 +245,7 @@ static bool write_slice(const char *folder_path, const struct slice *slice)
         return false;
     }
     put_meta(file, slice, instance);
-    put_text(file, 8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2");
+    put_text(file, 8, 0x16, "UI", kind_of(slice));
     put_text(file, 8, 0x18, "UI", instance);
     put_text(file, 8, 0x60, "CS", "CT");
     put_text(file, 8, 0x103e, "LO", slice->description);
@@ -167,14 +253,10 @@ static bool write_slice(const char *folder_path, const struct slice *slice)
     put_text(file, 0x20, 0xe, "UI", slice->series);
     snprintf(text, sizeof text, "%d", slice->number);
     put_text(file, 0x20, 0x11, "IS", text);
-    double place[3];
-    for (int r = 0; r < 3; ++r) {
-        place[r] = first_mm[r] + slice->at * normal[r] + slice->beside * along[r];
+    if (!slice->grouped) {
+        put_place(file, slice->at, slice->beside);
+        put_axes(file);
     }
-    snprintf(text, sizeof text, "%.10g\\%.10g\\%.10g", place[0], place[1], place[2]);
-    put_text(file, 0x20, 0x32, "DS", text);
-    snprintf(text, sizeof text, "%g\\%g\\%g\\%g\\%g\\%g", along[0], along[1], along[2], down[0], down[1], down[2]);
-    put_text(file, 0x20, 0x37, "DS", text);
     put_number(file, 0x2, 1);
     put_text(file, 0x28, 4, "CS", "MONOCHROME2");
     if (slice->frames > 0) {
@@ -183,16 +265,18 @@ static bool write_slice(const char *folder_path, const struct slice *slice)
     }
     put_number(file, 0x10, ROWS);
     put_number(file, 0x11, COLUMNS);
-    snprintf(text, sizeof text, "%g\\%g", row_mm, column_mm);
-    put_text(file, 0x28, 0x30, "DS", text);
+    if (!slice->grouped) {
+        put_sides(file);
+    }
     put_number(file, 0x100, 16);
     put_number(file, 0x101, 16);
     put_number(file, 0x102, 15);
     put_number(file, 0x103, 1);
-    snprintf(text, sizeof text, "%g", slice->intercept);
-    put_text(file, 0x28, 0x1052, "DS", text);
-    snprintf(text, sizeof text, "%g", slice->slope);
-    put_text(file, 0x28, 0x1053, "DS", text);
+    if (slice->grouped) {
+        put_groups(file, slice);
+    } else {
+        put_scale(file, slice->intercept, slice->slope);
+    }
     put_voxels(file, slice);
     return fclose(file) == 0;
 }
@@ -360,6 +444,40 @@ TEST films_are_no_volumes(void)
     ASSERT(path && write_slice(path, &film));
     ASSERT(!volume_read(path, 0, &v, error));
     ASSERTm(error, strstr(error, "cine: frames without places: a film?"));
+    path = new_folder("perfusion");
+    film.grouped = true;
+    ASSERT(path && write_slice(path, &film));
+    ASSERT(!volume_read(path, 0, &v, error));
+    ASSERTm(error, strstr(error, "lie at one place"));
+    PASS();
+}
+
+/* Frames out of order, with values of their own. */
+TEST frames_find_their_order_places_and_values(void)
+{
+    struct volume v;
+    const char *path = new_folder("frames");
+    struct slice frames = usual;
+    frames.name = "all";
+    frames.frames = 4;
+    frames.grouped = true;
+    frames.step = 1.5;
+    ASSERT(path && write_slice(path, &frames));
+    ASSERTm(error, volume_read(path, 0, &v, error));
+    ASSERT_STR_EQ("", v.warning);
+    ASSERT_EQ(4, v.dims[2]);
+    for (size_t n = 0; n < volume_voxels(&v); ++n) {
+        int at[3];
+        volume_place(v.dims, n, at);
+        ASSERT_IN_RANGE((1.0 + at[2]) * stored(at[0], at[1], 0.0) + 10.0 * at[2], (double)v.data[n], 1e-3);
+    }
+    for (int r = 0; r < 3; ++r) {
+        ASSERT_IN_RANGE((r < 2 ? -1.5 : 1.5) * normal[r], v.affine[r][2], 1e-6);
+        ASSERT_IN_RANGE((r < 2 ? -1.0 : 1.0) * first_mm[r], v.affine[r][3], 1e-6);
+        ASSERT_IN_RANGE((r < 2 ? -column_mm : column_mm) * along[r], v.affine[r][0], 1e-6);
+        ASSERT_IN_RANGE((r < 2 ? -row_mm : row_mm) * down[r], v.affine[r][1], 1e-6);
+    }
+    volume_free(&v);
     PASS();
 }
 
@@ -385,6 +503,7 @@ int main(int argc, char **argv)
         RUN_TEST(one_of_two_series_is_chosen);
         RUN_TEST(damaged_files_are_named);
         RUN_TEST(films_are_no_volumes);
+        RUN_TEST(frames_find_their_order_places_and_values);
     } else {
         RUN_TEST(where_gdcm_is_missing_a_line_says_what_helps);
     }

@@ -9,6 +9,7 @@
 #include <gdcmDirectory.h>
 #include <gdcmImageReader.h>
 #include <gdcmScanner.h>
+#include <gdcmSequenceOfItems.h>
 #include <gdcmTrace.h>
 #endif
 
@@ -20,6 +21,7 @@
 #include <exception>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -61,7 +63,7 @@ const gdcm::Tag series_uid(0x0020, 0x000e), series_number(0x0020, 0x0011), serie
     kind(0x0002, 0x0002);
 
 /* Where a file has the places of its frames: for each frame, or as distances of planes of a dose. */
-const gdcm::Tag frame_groups(0x5200, 0x9230), plane_distances(0x3004, 0x000c);
+const gdcm::Tag shared_groups(0x5200, 0x9229), frame_groups(0x5200, 0x9230), plane_distances(0x3004, 0x000c);
 
 /* Parts of the usual distance by which those of slices may differ without a word, and at all. */
 const double regular = 0.01, bearable = 0.2;
@@ -72,7 +74,9 @@ struct series {
 };
 
 struct slice {
-    gdcm::Image image;
+    std::shared_ptr<gdcm::Image> image; /* of one frame or many */
+    int frame;
+    double slope, intercept;
     double origin[3], along[3], down[3]; /* mm, LPS: the first voxel, and the steps from column to column and from row to row */
     double place;                        /* mm along the normal */
     std::string file;
@@ -204,7 +208,83 @@ bool is_cut(const std::string &name, const gdcm::File &file)
 
 int depth_of(const gdcm::Image &image) { return image.GetNumberOfDimensions() > 2 ? int(image.GetDimension(2)) : 1; }
 
-bool read_slice(const std::string &file, slice *one, char error[VOLUME_TEXT])
+/* Reads the numbers of an element of the first item of a sequence, "1\\2.5", 6 at most. Returns false, and leaves them, unless all are there. */
+bool read_numbers(const gdcm::DataSet &group, const gdcm::Tag &sequence, const gdcm::Tag &tag, int count, double *numbers)
+{
+    const gdcm::SmartPointer<gdcm::SequenceOfItems> items = group.FindDataElement(sequence) ? group.GetDataElement(sequence).GetValueAsSQ() : nullptr;
+    if (!items || items->GetNumberOfItems() == 0) {
+        return false;
+    }
+    const gdcm::DataSet &item = items->GetItem(1).GetNestedDataSet();
+    const gdcm::ByteValue *value = item.FindDataElement(tag) ? item.GetDataElement(tag).GetByteValue() : nullptr;
+    const std::string text = value ? std::string(value->GetPointer(), value->GetLength()) : "";
+    const char *at = text.c_str();
+    double found[6];
+    for (int n = 0; n < count; ++n) {
+        char *end;
+        found[n] = strtod(at, &end);
+        if (end == at) {
+            return false;
+        }
+        at = end + (*end == '\\');
+    }
+    std::copy(found, found + count, numbers);
+    return true;
+}
+
+/* What a frame has of its own, or shares with all. */
+struct frame {
+    double origin[3], cosines[6], sides[2], slope, intercept; /* sides: from row to row, from column to column */
+    bool placed;
+};
+
+void read_frame(const gdcm::DataSet &group, frame *one)
+{
+    const gdcm::Tag transformation(0x0028, 0x9145);
+    one->placed = read_numbers(group, gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x0032), 3, one->origin) || one->placed;
+    read_numbers(group, gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0020, 0x0037), 6, one->cosines);
+    read_numbers(group, gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x0030), 2, one->sides);
+    read_numbers(group, transformation, gdcm::Tag(0x0028, 0x1053), 1, &one->slope);
+    read_numbers(group, transformation, gdcm::Tag(0x0028, 0x1052), 1, &one->intercept);
+}
+
+/* Adds the frames of a file as slices, `like` in what GDCM has found. Returns false where a frame has no place. GDCM has no sides of voxels
+ * where frames are out of order. */
+bool add_frames(const gdcm::DataSet &elements, const slice &like, std::vector<slice> &slices)
+{
+    const gdcm::SmartPointer<gdcm::SequenceOfItems> groups = elements.GetDataElement(frame_groups).GetValueAsSQ();
+    const gdcm::SmartPointer<gdcm::SequenceOfItems> all = elements.FindDataElement(shared_groups)
+        ? elements.GetDataElement(shared_groups).GetValueAsSQ() : nullptr;
+    const int count = depth_of(*like.image);
+    frame shared = {};
+    std::copy(like.image->GetDirectionCosines(), like.image->GetDirectionCosines() + 6, shared.cosines);
+    shared.slope = like.slope;
+    shared.intercept = like.intercept;
+    if (all && all->GetNumberOfItems() > 0) {
+        read_frame(all->GetItem(1).GetNestedDataSet(), &shared);
+    }
+    bool placed = groups && int(groups->GetNumberOfItems()) == count;
+    for (int n = 0; placed && n < count; ++n) {
+        slice one = like;
+        frame own = shared;
+        read_frame(groups->GetItem(size_t(n) + 1).GetNestedDataSet(), &own);
+        placed = own.placed && own.sides[0] > 0.0 && own.sides[1] > 0.0;
+        one.frame = n;
+        one.slope = own.slope;
+        one.intercept = own.intercept;
+        for (int r = 0; r < 3; ++r) {
+            one.origin[r] = own.origin[r];
+            one.along[r] = own.cosines[r] * own.sides[1];
+            one.down[r] = own.cosines[3 + r] * own.sides[0];
+        }
+        one.file += ", frame " + std::to_string(n + 1);
+        slices.push_back(one);
+    }
+    return placed;
+}
+
+/* Adds the slices of a file; the planes of a dose count as one. */
+bool read_file(const std::string &file, std::vector<slice> &slices, char error[VOLUME_TEXT])
 {
     const char *name = name_of(file);
     gdcm::ImageReader reader;
@@ -212,20 +292,27 @@ bool read_slice(const std::string &file, slice *one, char error[VOLUME_TEXT])
     if (!reader.Read() || is_cut(file, reader.GetFile())) {
         return volume_error(error, "%.100s: damaged, cut off, or compressed in a way that GDCM does not know", name);
     }
-    one->image = reader.GetImage();
-    one->file = name;
-    if (one->image.GetPixelFormat().GetSamplesPerPixel() != 1) {
+    slice one = {};
+    one.image = std::make_shared<gdcm::Image>(reader.GetImage());
+    one.file = name;
+    one.slope = one.image->GetSlope();
+    one.intercept = one.image->GetIntercept();
+    if (one.image->GetPixelFormat().GetSamplesPerPixel() != 1) {
         return volume_error(error, "%.100s: a colour picture", name);
     }
+    const double *cosines = one.image->GetDirectionCosines();
+    for (int r = 0; r < 3; ++r) {
+        one.origin[r] = one.image->GetOrigin(unsigned(r));
+        one.along[r] = cosines[r] * one.image->GetSpacing(0);
+        one.down[r] = cosines[3 + r] * one.image->GetSpacing(1);
+    }
     const gdcm::DataSet &elements = reader.GetFile().GetDataSet();
-    if (depth_of(one->image) > 1 && !elements.FindDataElement(frame_groups) && !elements.FindDataElement(plane_distances)) {
+    const bool grouped = depth_of(*one.image) > 1 && elements.FindDataElement(frame_groups);
+    if (grouped ? !add_frames(elements, one, slices) : depth_of(*one.image) > 1 && !elements.FindDataElement(plane_distances)) {
         return volume_error(error, "%.100s: frames without places: a film?", name);
     }
-    const double *cosines = one->image.GetDirectionCosines();
-    for (int r = 0; r < 3; ++r) {
-        one->origin[r] = one->image.GetOrigin(unsigned(r));
-        one->along[r] = cosines[r] * one->image.GetSpacing(0);
-        one->down[r] = cosines[3 + r] * one->image.GetSpacing(1);
+    if (!grouped) {
+        slices.push_back(one);
     }
     return true;
 }
@@ -255,8 +342,8 @@ bool sort_slices(std::vector<slice> &slices, char error[VOLUME_TEXT])
             one.place += one.origin[r] * normal[r];
             turned = std::fmax(turned, std::fmax(std::fabs(one.along[r] - slices[0].along[r]), std::fabs(one.down[r] - slices[0].down[r])));
         }
-        if (turned > 1e-3 || one.image.GetDimension(0) != slices[0].image.GetDimension(0)
-            || one.image.GetDimension(1) != slices[0].image.GetDimension(1)) {
+        if (turned > 1e-3 || one.image->GetDimension(0) != slices[0].image->GetDimension(0)
+            || one.image->GetDimension(1) != slices[0].image->GetDimension(1)) {
             return volume_error(error, "%.100s has other voxels or axes than %.100s", one.file.c_str(), slices[0].file.c_str());
         }
     }
@@ -326,18 +413,30 @@ double value_of(const char *bytes, gdcm::PixelFormat::ScalarType type, size_t n)
     }
 }
 
-/* Stores the voxels of one file from voxel `first` on, with the file's own slope and intercept. */
-bool store_voxels(const slice &one, size_t first, size_t count, struct volume *volume, char error[VOLUME_TEXT])
+/* The voxels of the file that was read last. */
+struct unpacked {
+    const gdcm::Image *of;
+    std::vector<double> bytes; /* of doubles, for the alignment of any number */
+};
+
+/* Stores the voxels of a slice, or of a file of planes, from voxel `first` on, with their own slope and intercept. */
+bool store_voxels(const slice &one, size_t first, size_t count, unpacked &file, struct volume *volume, char error[VOLUME_TEXT])
 {
-    const gdcm::PixelFormat format = one.image.GetPixelFormat();
-    std::vector<double> bytes(one.image.GetBufferLength() / sizeof(double) + 1); /* of doubles, for the alignment of any number */
-    char *buffer = reinterpret_cast<char *>(bytes.data());
-    if (one.image.GetBufferLength() < count * format.GetPixelSize() || std::isnan(value_of(buffer, format.GetScalarType(), 0))
-        || !one.image.GetBuffer(buffer)) {
+    const gdcm::PixelFormat format = one.image->GetPixelFormat();
+    const size_t skipped = size_t(one.frame) * count;
+    if (file.of != one.image.get()) {
+        file.bytes.assign(one.image->GetBufferLength() / sizeof(double) + 1, 0.0);
+        char *bytes = reinterpret_cast<char *>(file.bytes.data());
+        file.of = one.image->GetBuffer(bytes) ? one.image.get() : nullptr;
+    }
+    const double zero = 0.0; /* of every type that is known */
+    const char *buffer = reinterpret_cast<const char *>(file.bytes.data());
+    if (!file.of || one.image->GetBufferLength() < (skipped + count) * format.GetPixelSize()
+        || std::isnan(value_of(reinterpret_cast<const char *>(&zero), format.GetScalarType(), 0))) {
         return volume_error(error, "%.100s: its voxels cannot be read", one.file.c_str());
     }
     for (size_t n = 0; n < count; ++n) {
-        volume_store(volume, first + n, one.image.GetSlope() * value_of(buffer, format.GetScalarType(), n) + one.image.GetIntercept());
+        volume_store(volume, first + n, one.slope * value_of(buffer, format.GetScalarType(), skipped + n) + one.intercept);
     }
     return true;
 }
@@ -352,7 +451,7 @@ bool place(const std::vector<slice> &slices, int depth, struct volume *volume, c
         volume->affine[r][0] = first.along[r];
         volume->affine[r][1] = first.down[r];
         volume->affine[r][2] = slices.size() > 1 ? (last.origin[r] - first.origin[r]) / double(slices.size() - 1)
-                                                 : normal[r] * (depth > 1 ? first.image.GetSpacing(2) : 1.0);
+                                                 : normal[r] * (depth > 1 ? first.image->GetSpacing(2) : 1.0);
         volume->affine[r][3] = first.origin[r];
     }
     volume->affine[3][3] = 1.0;
@@ -362,15 +461,19 @@ bool place(const std::vector<slice> &slices, int depth, struct volume *volume, c
 
 bool read_series(const series &chosen, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    std::vector<slice> slices(chosen.files.size());
-    for (size_t k = 0; k < slices.size(); ++k) {
-        if (!read_slice(chosen.files[k], &slices[k], error)) {
+    std::vector<slice> slices;
+    unpacked file = {};
+    bool planes = false;
+    for (const std::string &name : chosen.files) {
+        const size_t before = slices.size();
+        if (!read_file(name, slices, error)) {
             return false;
         }
+        planes = planes || (slices.size() == before + 1 && depth_of(*slices[before].image) > 1);
     }
-    const gdcm::Image &image = slices[0].image;
-    const int depth = depth_of(image);
-    if (depth > 1 && slices.size() > 1) {
+    const gdcm::Image &image = *slices[0].image;
+    const int depth = planes ? depth_of(image) : 1;
+    if (planes && slices.size() > 1) {
         return volume_error(error, "several files with many slices each in one series");
     }
     const int64_t sizes[3] = {int64_t(image.GetDimension(0)), int64_t(image.GetDimension(1)), depth > 1 ? depth : int64_t(slices.size())};
@@ -379,7 +482,7 @@ bool read_series(const series &chosen, int frame, struct volume *volume, char er
                    && volume_allocate(volume, error);
     const size_t each = size_t(sizes[0]) * size_t(sizes[1]) * size_t(depth);
     for (size_t k = 0; fine && k < slices.size(); ++k) {
-        if (!store_voxels(slices[k], k * each, each, volume, error)) {
+        if (!store_voxels(slices[k], k * each, each, file, volume, error)) {
             return false;
         }
     }
