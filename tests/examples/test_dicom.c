@@ -37,13 +37,14 @@ static char error[VOLUME_TEXT];
 enum { COLUMNS = 7, ROWS = 5, SLICES = 6, EXPLICIT_LITTLE, RLE };
 
 /* A slice of a series; places in mm along the normal, and from there along the rows; frames: 0 is one without a number;
- * grouped, they have places, so many mm from one to the next, and a slope and intercept each. */
+ * grouped, they have places, so many mm from one to the next, and a slope and intercept each;
+ * dose: planes 1.5 mm apart, with one slope of 2. */
 struct slice {
     const char *name, *series, *description;
     int number, syntax;
     double at, slope, intercept, beside;
     int frames;
-    bool grouped;
+    bool grouped, dose;
     double step;
 };
 
@@ -144,7 +145,7 @@ static void put_voxels(FILE *file, const struct slice *slice)
 /* CT, plain or with many frames. */
 static const char *kind_of(const struct slice *slice)
 {
-    return slice->grouped ? "1.2.840.10008.5.1.4.1.1.2.1" : "1.2.840.10008.5.1.4.1.1.2";
+    return slice->dose ? "1.2.840.10008.5.1.4.1.1.481.2" : slice->grouped ? "1.2.840.10008.5.1.4.1.1.2.1" : "1.2.840.10008.5.1.4.1.1.2";
 }
 
 static void put_meta(FILE *file, const struct slice *slice, const char *instance)
@@ -274,6 +275,9 @@ static bool write_slice(const char *folder_path, const struct slice *slice)
     put_number(file, 0x103, 1);
     if (slice->grouped) {
         put_groups(file, slice);
+    } else if (slice->dose) {
+        put_text(file, 0x3004, 0xc, "DS", "0\\1.5\\3\\4.5");
+        put_text(file, 0x3004, 0xe, "DS", "2");
     } else {
         put_scale(file, slice->intercept, slice->slope);
     }
@@ -452,6 +456,23 @@ TEST films_are_no_volumes(void)
     PASS();
 }
 
+TEST planes_of_a_dose_are_a_volume(void)
+{
+    struct volume v;
+    const char *path = new_folder("dose");
+    struct slice dose = usual;
+    dose.name = "dose";
+    dose.frames = 4;
+    dose.dose = true;
+    ASSERT(path && write_slice(path, &dose));
+    ASSERTm(error, volume_read(path, 0, &v, error));
+    ASSERT_EQ(4, v.dims[2]);
+    ASSERT_IN_RANGE(1.5, (double)v.spacing[2], 1e-6);
+    ASSERT_IN_RANGE(2.0 * stored(3, 2, 0.0), (double)v.data[3 + COLUMNS * (2 + ROWS)], 1e-3);
+    volume_free(&v);
+    PASS();
+}
+
 /* Frames out of order, with values of their own. */
 TEST frames_find_their_order_places_and_values(void)
 {
@@ -481,6 +502,31 @@ TEST frames_find_their_order_places_and_values(void)
     PASS();
 }
 
+/* Wherever a file ends, there is an error: of runs, or of frames and their places. */
+TEST files_of_other_forms_are_never_whole_when_cut(void)
+{
+    for (int form = 0; form < 2; ++form) {
+        struct volume v;
+        struct stat info;
+        char file[512];
+        const char *path = new_folder(form ? "cut frames" : "cut runs");
+        struct slice slice = usual;
+        slice.name = "one";
+        slice.syntax = form ? EXPLICIT_LITTLE : RLE;
+        slice.frames = form ? 3 : 0;
+        slice.grouped = form;
+        slice.step = 1.0;
+        ASSERT(path && write_slice(path, &slice));
+        snprintf(file, sizeof file, "%s/one", path);
+        ASSERT_EQ(0, stat(file, &info));
+        for (long size = (long)info.st_size - 1; size >= 0; --size) {
+            ASSERT_EQ(0, truncate(file, size));
+            ASSERT(!volume_read(path, 0, &v, error));
+        }
+    }
+    PASS();
+}
+
 TEST where_gdcm_is_missing_a_line_says_what_helps(void)
 {
     struct volume v;
@@ -502,7 +548,9 @@ int main(int argc, char **argv)
         RUN_TEST(gaps_are_named);
         RUN_TEST(one_of_two_series_is_chosen);
         RUN_TEST(damaged_files_are_named);
+        RUN_TEST(files_of_other_forms_are_never_whole_when_cut);
         RUN_TEST(films_are_no_volumes);
+        RUN_TEST(planes_of_a_dose_are_a_volume);
         RUN_TEST(frames_find_their_order_places_and_values);
     } else {
         RUN_TEST(where_gdcm_is_missing_a_line_says_what_helps);

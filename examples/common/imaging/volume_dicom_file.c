@@ -7,7 +7,7 @@
 
 enum { FIRST_ELEMENT = 132, NAME = 64 };
 
-static const uint32_t no_length = 0xffffffffu, syntax_tag = 0x00020010u;
+static const uint32_t no_length = 0xffffffffu, syntax_tag = 0x00020010u, item_end = 0xfffee00du, sequence_end = 0xfffee0ddu;
 
 struct element {
     uint32_t tag, length;
@@ -44,6 +44,7 @@ static bool is_whole(FILE *file, int64_t size)
 {
     char syntax[NAME + 1] = "";
     bool typed = true, begun = false; /* begun: what follows the description of the file itself */
+    int unended = 0; /* sequences and items */
     for (int64_t at = FIRST_ELEMENT; at < size;) {
         unsigned char bytes[12] = {0};
         if (fseeko(file, (off_t)at, SEEK_SET) != 0 || fread(bytes, 1, sizeof bytes, file) < 2) {
@@ -67,12 +68,14 @@ static bool is_whole(FILE *file, int64_t size)
             fseeko(file, (off_t)(at + e.header), SEEK_SET);
             syntax[fread(syntax, 1, e.length, file)] = '\0';
         }
+        unended += e.length == no_length;
+        unended -= unended > 0 && (e.tag == item_end || e.tag == sequence_end);
         at += e.header + (e.length == no_length ? 0 : (int64_t)e.length);
         if (at > size) {
             return false;
         }
     }
-    return begun;
+    return begun && unended == 0;
 }
 
 enum volume_dicom volume_look_at_dicom(const char *path)
