@@ -49,7 +49,7 @@ done < "$rows"
 
 for call in $(sed -n 's/^SPRINGLS_API springls_status springls_\([a-z_]*\)(.*/\1/p' src/interface/api.h); do
     case $call in
-        tiling_*) check "tests/unit/test_tiling.c lets no memory of $call run out" grep -q "CALL_$call" tests/unit/test_tiling.c ;;
+        tiling_*) check "tests/unit/test_tiling_memory.c lets no memory of $call run out" grep -q "CALL_$call" tests/unit/test_tiling_memory.c ;;
         *) check "tests/every_call.h has no $call" grep -q "X($call, [01])" tests/every_call.h ;;
     esac
 done

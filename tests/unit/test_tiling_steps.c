@@ -1,0 +1,665 @@
+/* test_tiling_steps.c - many bodies that move: walls that stay closed in a flow, bodies that meet and vanish, surface tension, what callers do
+   meanwhile, rest, and the same bits for any threads. */
+#include "fixtures.h"
+#include "tilings.h"
+
+#include <time.h>
+
+/* ---- motion ---- */
+
+/* How far the wall is from its plane: half the difference of the distances of both bodies, and their sum, the gap. */
+static void wall_error(springls_tiling *tiling, float radius, double *error, double *gap)
+{
+    const part p = part_at(12.4f, 13.7f, 13.1f, radius, 0);
+    const d3 n = d3_make((double)p.normal[0], (double)p.normal[1], (double)p.normal[2]), u = d3_make(-0.36, 0.8, 0.0);
+    const d3 across = d3_scale(u, 1.0 / d3_length(u)), up = d3_cross(n, across);
+    float point[3], a, b;
+    int i, k, count = 0;
+    *error = *gap = 0.0;
+    for (i = -6; i <= 6; i++) {
+        for (k = -6; k <= 6; k++) {
+            d3 x = d3_make(12.4, 13.7, 13.1);
+            if (i * i + k * k > 36) continue;
+            x = d3_mad(d3_mad(x, across, (double)i * (double)radius / 7.0), up, (double)k * (double)radius / 7.0);
+            point[0] = (float)x.x, point[1] = (float)x.y, point[2] = (float)x.z;
+            springls_sample_distance(springls_tiling_body(tiling, 4), point, 1, &a);
+            springls_sample_distance(springls_tiling_body(tiling, 9), point, 1, &b);
+            *error += fabs((double)a - (double)b) / 2.0;
+            *gap += fabs((double)a + (double)b);
+            count++;
+        }
+    }
+    *error /= count;
+    *gap /= count;
+}
+
+/* Two halves of a ball in a flow that comes back: their wall comes back too, closed, and volumes stay. The bits are the same however
+   the work is divided. */
+TEST walls_stay_closed(void)
+{
+    uint64_t hash = 0;
+    int run;
+    for (run = 0; run < 3; run++) {
+        fixture_workers workers;
+        springls_threads *threads = run == 2 ? springls_threads_create(3) : NULL;
+        springls_desc desc = fixture_desc(BALL + 4, NULL);
+        springls_tiling *tiling;
+        springls_tiling_step_desc step = springls_default_tiling_step_desc();
+        springls_tiling_measures before[2], after[2];
+        springls_tiling_report report;
+        double error, gap;
+        int i, faced = 0;
+        desc.backend = NULL;
+        if (run) desc.tasks = run == 1 ? fixture_tasks(&workers, 3, 0) : springls_threads_tasks(threads);
+        ASSERT_OK(springls_tiling_create(&desc, &tiling));
+        ASSERT_OK(set_two_halves(tiling, 7.0f));
+        ASSERT_OK(springls_tiling_measure(tiling, before));
+        step.velocity = swirl;
+        step.dt = 0.0625f;
+        for (i = 0; i < 32; i++) {
+            ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+            ASSERT_EQ(0, report.vanished_count);
+            faced += report.faced;
+        }
+        ASSERT_GT(faced, 1000);
+        ASSERT_IN_RANGE(2.0, springls_time(springls_tiling_body(tiling, 4)), 1e-5);
+        ASSERT_OK(springls_tiling_measure(tiling, after));
+        for (i = 0; i < 2; i++) ASSERT_IN_RANGE(before[i].volume, after[i].volume, 0.005 * before[i].volume);
+        wall_error(tiling, 7.0f, &error, &gap);
+        if (GREATEST_IS_VERBOSE()) printf("  wall %.4f, gap %.4f\n", error, gap);
+        ASSERT_LT(error, 0.02);
+        ASSERT_LT(gap, 0.06);
+        if (run) ASSERT(hash == springls_tiling_state_hash(tiling));
+        hash = springls_tiling_state_hash(tiling);
+        springls_tiling_destroy(tiling);
+        springls_threads_destroy(threads);
+    }
+    PASS();
+}
+
+/* Pushes outwards what faces label 0. */
+static void grow(void *user, const springls_tiling_batch *batch, float *out)
+{
+    const float *speed = (const float *)user;
+    int i;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 0 ? -speed[0] : batch->facing[i] == 0 ? speed[0] : 0.0f;
+}
+
+/* Two balls that grow meet in the middle and face each other there; no voxel is between them, and none is in both. */
+TEST bodies_meet(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 3.5f, 0), second = part_at(18.9f, 13.6f, 13.3f, 3.5f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    static int32_t labels[VOXELS], facing[20000];
+    float speed = 0.2f;
+    int i, wrong = 0, met = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+    for (i = 0; i < springls_count(springls_tiling_body(tiling, 1)); i++) ASSERT_EQ(0, facing[i]);
+    step.pressure = grow;
+    step.user = &speed;
+    step.dt = 1.0f;
+    for (i = 0; i < 15; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    for (i = 0; i < VOXELS; i++) {
+        const d3 x = d3_make(i % SIZE, i / SIZE % SIZE, i / (SIZE * SIZE));
+        const double a = d3_distance(x, d3_make(8.2, 13.6, 13.3)) - 6.5, b = d3_distance(x, d3_make(18.9, 13.6, 13.3)) - 6.5;
+        const double sure = 0.35;
+        if (a < -sure && a < b - sure) wrong += labels[i] != 1;
+        else if (b < -sure && b < a - sure) wrong += labels[i] != 2;
+        else if (a > sure && b > sure) wrong += labels[i] != 0;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  wrong voxels %d\n", wrong);
+    ASSERT_LT(wrong, 6);
+    ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+    for (i = 0; i < springls_count(springls_tiling_body(tiling, 1)); i++) met += facing[i] == 2;
+    if (GREATEST_IS_VERBOSE()) printf("  met %d\n", met);
+    ASSERT_GT(met, 30);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- surface tension and volumes that are held ---- */
+
+static float stronger_inside(void *user, int32_t low, int32_t high)
+{
+    const float *factor = (const float *)user;
+    return low == 4 && high == 9 ? *factor : 1.0f;
+}
+
+static double area_of(const springls_tiling *tiling, bool inside)
+{
+    springls_walls walls;
+    double area = 0.0;
+    int i, k;
+    if (springls_tiling_extract((springls_tiling *)(uintptr_t)tiling, &walls) != SPRINGLS_OK) return 0.0;
+    for (i = 0; i < walls.triangle_count; i++) {
+        d3 p[3];
+        if (inside != (walls.labels[2 * i] != 0 && walls.labels[2 * i + 1] != 0)) continue;
+        for (k = 0; k < 3; k++) {
+            const float *x = walls.positions + 3 * walls.triangles[3 * i + k];
+            p[k] = d3_make((double)x[0], (double)x[1], (double)x[2]);
+        }
+        area += 0.5 * d3_length(d3_cross(d3_sub(p[1], p[0]), d3_sub(p[2], p[0])));
+    }
+    springls_walls_free((springls_tiling *)(uintptr_t)tiling, &walls);
+    return area;
+}
+
+/* Two halves of a ball become a double bubble: their volumes stay, areas fall, pressures are those of Laplace's law, 2 / R. A stronger
+   tension of the wall between them makes it smaller. A third body that is held is not there. */
+TEST bubbles_keep_their_volumes(float factor)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[3];
+    double before, inside;
+    int i;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    memset(held, 0, sizeof held);
+    held[0].label = 9;
+    held[1].label = 4;
+    held[2].label = 5;
+    inside = area_of(tiling, true);
+    before = area_of(tiling, false) + (double)factor * inside;
+    step.tension = 1.0f;
+    step.tension_of = stronger_inside;
+    step.user = &factor;
+    step.held = held;
+    step.held_count = 3;
+    step.integrator = SPRINGLS_INTEGRATOR_EULER;
+    step.dt = 0.5f;
+    for (i = 0; i < 16; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    if (GREATEST_IS_VERBOSE())
+        printf("  volumes %.2f %.2f of %.2f %.2f, pressures %.4f %.4f, areas %.1f (%.1f) of %.1f (%.1f)\n", held[0].volume, held[1].volume,
+               held[0].target, held[1].target, held[0].pressure, held[1].pressure, area_of(tiling, false), area_of(tiling, true), before,
+               inside);
+    for (i = 0; i < 2; i++) {
+        ASSERT_IN_RANGE(718.4, held[i].target, 3.0);
+        ASSERT_IN_RANGE(held[i].target, held[i].volume, 0.0015 * held[i].target);
+        ASSERT_IN_RANGE(factor > 1.0f ? 0.36 : 0.33, held[i].pressure, 0.03);
+    }
+    ASSERT(held[2].volume == 0.0 && held[2].pressure == 0.0 && held[2].target == 0.0);
+    ASSERT_LT(area_of(tiling, false) + (double)factor * area_of(tiling, true), 0.985 * before);
+    ASSERT_LT(area_of(tiling, true), (factor > 1.0f ? 0.84 : 0.89) * inside);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body grows to a target that the caller sets, and its neighbour makes room. */
+TEST targets_are_reached(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[2];
+    int i;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    memset(held, 0, sizeof held);
+    held[0].label = 4;
+    held[0].target = 760.0;
+    held[1].label = 9;
+    step.held = held;
+    step.held_count = 2;
+    step.dt = 0.5f;
+    for (i = 0; i < 4; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    if (GREATEST_IS_VERBOSE()) printf("  %.2f %.2f\n", held[0].volume, held[1].volume);
+    ASSERT_IN_RANGE(760.0, held[0].volume, 2.0);
+    ASSERT_IN_RANGE(held[1].target, held[1].volume, 2.0);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+static float bad_factor(void *user, int32_t low, int32_t high)
+{
+    (void)low;
+    (void)high;
+    return *(const float *)user;
+}
+
+/* The pressure in a ball is twice the tension over the radius, in world units, whatever the spacing. */
+TEST tension_is_in_world_units(double spacing)
+{
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held;
+    const double radius = 8.0 * spacing;
+    springls_sphere ball;
+    int i;
+    desc.backend = NULL;
+    for (i = 0; i < 3; i++) {
+        desc.grid.spacing[i] = spacing;
+        ball.center[i] = (float)(desc.grid.origin[i] + spacing * 0.5 * (SIZE - 1));
+    }
+    ball.radius = (float)radius;
+    ASSERT_OK(springls_tiling_create(&desc, &tiling));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, springls_implicit_sphere, &ball));
+    memset(&held, 0, sizeof held);
+    held.label = 1;
+    step.tension = 1.0f;
+    step.held = &held;
+    step.held_count = 1;
+    step.dt = (float)(0.5 * spacing * spacing);
+    for (i = 0; i < 4; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_IN_RANGE(2.0 / radius, held.pressure, 0.1 / radius);
+    ASSERT_IN_RANGE(4.18879 * radius * radius * radius, held.volume, 0.02 * 4.18879 * radius * radius * radius);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+static void to_the_border(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < 3 * batch->batch.count; i++) out[i] = i % 3 == 0 ? -1.0f : 0.0f;
+}
+
+/* What cannot be held, and factors that are none, are refused, and nothing moves. */
+TEST what_cannot_be_held_is_refused(void)
+{
+    part ball = part_at(7.2f, 13.6f, 13.3f, 5.0f, 0);
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_hold held[2];
+    float factor = -1.0f;
+    uint64_t hash;
+    int i;
+    memset(held, 0, sizeof held);
+    held[0].label = held[1].label = 5;
+    step.tension = 1.0f;
+    step.held = held;
+    step.dt = 0.5f;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 5, part_of_ball, &ball));
+    step.velocity = to_the_border;
+    step.dt = 1.0f;
+    step.tension = 0.0f;
+    for (i = 0; i < 5; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    step.velocity = NULL;
+    step.tension = 1.0f;
+    hash = springls_tiling_state_hash(tiling);
+    step.held_count = 1;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "border"));
+    step.held_count = 2;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "twice"));
+    step.held_count = 0;
+    step.tension_of = bad_factor;
+    step.user = &factor;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    factor = NAN;
+    ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(strstr(springls_tiling_last_error(tiling), "tension_of"));
+    ASSERT(hash == springls_tiling_state_hash(tiling) && held[0].target == 0.0);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- bodies that vanish ---- */
+
+/* Shrinks label 2, and lets label 1 be. */
+static void shrink_second(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 2 ? -0.5f : batch->label == 0 && batch->facing[i] == 2 ? 0.5f : 0.0f;
+}
+
+/* A body that vanishes is reported once, and the other stays. */
+TEST bodies_vanish(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 4.5f, 0), second = part_at(19.0f, 13.6f, 13.3f, 3.0f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_tiling_measures measures[2];
+    double before;
+    int i, vanished = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    before = measures[0].volume;
+    step.pressure = shrink_second;
+    step.dt = 1.0f;
+    for (i = 0; i < 12; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        if (report.vanished_count) ASSERT_EQ(2, report.vanished[0]);
+        vanished += report.vanished_count;
+    }
+    ASSERT_EQ(1, vanished);
+    ASSERT_EQ(1, springls_tiling_count(tiling));
+    ASSERT(!springls_tiling_body(tiling, 2));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    ASSERT_IN_RANGE(before, measures[0].volume, 0.01 * before);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Presses label 2 together from all sides. */
+static void press_second(void *user, const springls_tiling_batch *batch, float *out)
+{
+    const float *speed = (const float *)user;
+    int i;
+    for (i = 0; i < batch->batch.count; i++)
+        out[i] = batch->label == 2 ? -*speed : batch->facing[i] == 2 ? *speed : 0.0f;
+}
+
+/* A body that shares a wall and is pressed to nothing vanishes when it has no voxel left. Nothing faces it from then on, and the other body
+   stays as it is, without more springls than before. That sheets are not looked at in every step (period) makes no difference. */
+TEST walls_vanish(int period)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(13.2f, 13.6f, 13.3f, 7.0f, 1), second = part_at(13.2f, 13.6f, 13.3f, 7.0f, -1);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_tiling_measures now[2];
+    static int32_t facing[20000];
+    float speed = 0.4f;
+    double volume = 0.0;
+    int i, k, springls, after = 0, facing_it = 0;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_measure(tiling, now));
+    springls = now[0].springls;
+    step.pressure = press_second;
+    step.user = &speed;
+    step.dt = 1.0f;
+    step.wall_period = period;
+    for (i = 0; i < 30 && after < 17; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        ASSERT_OK(springls_tiling_measure(tiling, now));
+        if (report.vanished_count) {
+            ASSERT_EQ(2, report.vanished[0]);
+            volume = now[0].volume;
+        } else if (!after) {
+            ASSERT(now[1].voxels > 0);
+            continue;
+        }
+        after++;
+        ASSERT_OK(springls_tiling_facing(tiling, 1, facing));
+        for (k = 0; k < springls_count(springls_tiling_body(tiling, 1)); k++) facing_it += facing[k] == 2;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %d steps, %d springls, volume %.1f\n", i, now[0].springls, now[0].volume);
+    ASSERT_EQ(17, after);
+    ASSERT_EQ(1, springls_tiling_count(tiling));
+    ASSERT_EQ(0, facing_it);
+    ASSERT_IN_RANGE(volume, now[0].volume, 0.05 * volume);
+    ASSERT_LT(now[0].springls, springls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Where all bodies have vanished there are none: nothing has a label or a wall, until one is added. */
+TEST all_vanish(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part ball = part_at(13.2f, 13.6f, 13.3f, 2.5f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_measures measures[1];
+    springls_walls walls;
+    static int32_t labels[VOXELS];
+    float speed = 0.5f, point[3] = { 3.0f, 3.0f, 3.0f };
+    int i;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &ball));
+    step.pressure = press_second;
+    step.user = &speed;
+    step.dt = 1.0f;
+    for (i = 0; i < 12 && springls_tiling_count(tiling); i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_EQ(0, springls_tiling_count(tiling));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_step(tiling, &step, NULL));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_copy_labels(tiling, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_sample_labels(tiling, point, 1, labels));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_measure(tiling, measures));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_extract(tiling, &walls));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 3, part_of_ball, &ball));
+    ASSERT_IN_RANGE((double)i, springls_time(springls_tiling_body(tiling, 3)), 1e-4);
+    ASSERT_IN_RANGE((double)i, springls_time(springls_tiling_body(tiling, 0)), 1e-4);
+    ASSERT_EQ(springls_count(springls_tiling_body(tiling, 3)), springls_count(springls_tiling_body(tiling, 0)));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* ---- what callers do meanwhile ---- */
+
+/* A model that a caller has replaced has lost what its springls face: a step finds it again. Its original surface, and with it the wall,
+   are where they were. */
+TEST models_may_be_replaced(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(12.4f, 13.7f, 13.1f, 7.0f, 1);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_context *body;
+    uint64_t before;
+    static int32_t facing[20000];
+    int i, k, faced = 0;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    body = springls_tiling_body(tiling, 4);
+    step.velocity = swirl;
+    step.dt = 0.0f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    for (k = 0; k < 2; k++) {
+        if (k == 0) ASSERT_OK(springls_set_implicit(body, part_of_ball, &first));
+        else ASSERT_OK(springls_remove_attribute(body, springls_find_attribute(body, "tiling.facing")));
+        before = springls_tiling_state_hash(tiling);
+        ASSERT_OK(springls_tiling_facing(tiling, 4, facing));
+        ASSERT(before == springls_tiling_state_hash(tiling));
+        ASSERT_EQ(-1, springls_find_attribute(body, "tiling.facing"));
+        step.dt = 0.0625f;
+        for (i = 0; i < 9; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    }
+    ASSERT_OK(springls_tiling_facing(tiling, 4, facing));
+    for (i = 0; i < springls_count(body); i++) faced += facing[i] == 9;
+    ASSERT_GT(faced, 60);
+    ASSERT_OK(springls_reset(springls_tiling_body(tiling, 0)));
+    first.center[0] = 24.0f;
+    first.radius = 2.0f;
+    first.side = 0;
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_add_implicit(tiling, 5, part_of_ball, &first));
+    ASSERT(error_has(tiling, "label 0"));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body that comes later has the time of the others. */
+TEST later_bodies_have_the_time(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 4.5f, 0), second = part_at(19.0f, 13.6f, 13.3f, 3.0f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    step.dt = 0.75f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_IN_RANGE(0.75, springls_time(springls_tiling_body(tiling, 0)), 1e-6);
+    ASSERT_IN_RANGE(0.75, springls_time(springls_tiling_body(tiling, 2)), 1e-6);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A map makes the same tiling wherever it is set, and reading leaves it so; before the first step too. */
+TEST the_past_does_not_matter(void)
+{
+    static int32_t labels[BALL_VOXELS], facing[20000];
+    springls_tiling *used = tiling_of_size(BALL, NULL), *fresh = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    int i;
+    three_labels(labels, BALL, 7.0f);
+    step.velocity = swirl;
+    step.dt = 0.0625f;
+    ASSERT_OK(springls_tiling_set_labels(used, labels, 1));
+    for (i = 0; i < 3; i++) ASSERT_OK(springls_tiling_step(used, &step, NULL));
+    ASSERT_OK(springls_tiling_set_labels(used, labels, 1));
+    ASSERT_OK(springls_tiling_set_labels(fresh, labels, 1));
+    ASSERT_OK(springls_tiling_facing(used, 70, facing));
+    ASSERT_OK(springls_tiling_facing(used, 0, facing));
+    ASSERT(springls_tiling_state_hash(used) == springls_tiling_state_hash(fresh));
+    for (i = 0; i < 8; i++) {
+        ASSERT_OK(springls_tiling_step(used, &step, NULL));
+        ASSERT_OK(springls_tiling_step(fresh, &step, NULL));
+        ASSERT(springls_tiling_state_hash(used) == springls_tiling_state_hash(fresh));
+    }
+    springls_tiling_destroy(used);
+    springls_tiling_destroy(fresh);
+    PASS();
+}
+
+/* Springls that a wall gets from its other side inherit the attributes of the caller, who may have all but one. */
+TEST mirrored_springls_inherit(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_attribute_desc attribute = { "A", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    static const int32_t label[3] = { 0, 4, 9 };
+    static float ones[20000];
+    char name[2] = "A";
+    int i, k, mirrored = 0;
+    for (i = 0; i < 20000; i++) ones[i] = 1.0f;
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    attribute.name = name;
+    for (k = 0; k < 3; k++) {
+        springls_context *body = springls_tiling_body(tiling, label[k]);
+        for (name[0] = 'A'; springls_attribute_count(body) < SPRINGLS_MAX_ATTRIBUTES; name[0]++)
+            ASSERT_OK(springls_add_attribute(body, &attribute, ones, NULL));
+    }
+    step.velocity = swirl;
+    step.dt = 0.0625f;
+    for (i = 0; i < 24; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        mirrored += report.mirrored;
+    }
+    ASSERT_GT(mirrored, 0);
+    for (k = 0; k < 3; k++) {
+        springls_context *body = springls_tiling_body(tiling, label[k]);
+        const float *values = springls_view_attribute(body, springls_find_attribute(body, "A")).data;
+        for (i = 0; i < springls_count(body); i++) ASSERT_IN_RANGE(1.0, values[i], 1e-6);
+    }
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Those for which max_springls has no room are refused, and not counted as mirrored. */
+TEST mirrored_springls_are_counted(void)
+{
+    springls_desc desc = fixture_desc(BALL, NULL);
+    springls_tiling *tiling;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    static int32_t labels[BALL_VOXELS];
+    static const int32_t label[4] = { 0, 3, 70, 65535 };
+    int64_t refused = 0, added = 0;
+    int i, k, run, largest = 0;
+    three_labels(labels, BALL, 7.0f);
+    desc.backend = NULL;
+    for (run = 0; run < 2; run++) {
+        if (run) desc.max_springls = largest;
+        ASSERT_OK(springls_tiling_create(&desc, &tiling));
+        ASSERT_OK(springls_tiling_set_labels(tiling, labels, 0));
+        for (k = 0; k < 4; k++) {
+            const int springls = springls_count(springls_tiling_body(tiling, label[k]));
+            if (springls > largest) largest = springls;
+        }
+        step.velocity = swirl;
+        step.dt = 0.0625f;
+        for (i = 0; i < 8; i++) {
+            added = 0;
+            for (k = 0; k < 4; k++) added -= springls_get_stats(springls_tiling_body(tiling, label[k])).added;
+            ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+            for (k = 0; k < 4; k++) added += springls_get_stats(springls_tiling_body(tiling, label[k])).added;
+        }
+        for (k = 0; k < 4; k++) refused += springls_get_stats(springls_tiling_body(tiling, label[k])).refused;
+        ASSERT_GT(report.mirrored, 0);
+        ASSERT(report.mirrored <= (int)added);
+        springls_tiling_destroy(tiling);
+    }
+    ASSERT(refused > 0);
+    PASS();
+}
+
+/* ---- rest ---- */
+
+static int resting_bodies(const springls_tiling *tiling)
+{
+    int i, count = springls_at_rest(springls_tiling_body(tiling, 0));
+    for (i = 0; i < springls_tiling_count(tiling); i++)
+        count += springls_at_rest(springls_tiling_body(tiling, springls_tiling_label(tiling, i)));
+    return count;
+}
+
+/* A tiling that comes to rest has the bits of one that is restored, which looks at everything again, and costs next to nothing; what
+   is pushed moves. */
+TEST bodies_rest(void)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling = tiling_of_size(BALL, NULL), *other = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report, again;
+    char *block;
+    size_t size;
+    clock_t begin;
+    double moving, resting;
+    int i, k;
+    three_labels(labels, BALL, 6.0f);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 2));
+    step.dt = 0.125f;
+    begin = clock();
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    moving = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    for (k = resting_bodies(tiling); k < 4 && i < 400; k = resting_bodies(tiling), i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    if (GREATEST_IS_VERBOSE()) printf("  at rest after %d steps\n", i);
+    ASSERT_EQ(4, k);
+    for (i = 0; i < 250; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    ASSERT_OK(springls_tiling_restore(other, block, size));
+    begin = clock();
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    resting = (double)(clock() - begin) / CLOCKS_PER_SEC;
+    for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(other, &step, &again));
+    if (GREATEST_IS_VERBOSE()) printf("  moving %.4f resting %.4f\n", moving, resting);
+    ASSERT_LT(resting, 0.1 * moving);
+    ASSERT_EQ(report.faced, again.faced);
+    ASSERT(report.rms_gap == again.rms_gap);
+    free(block);
+    block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    step.velocity = swirl;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT(springls_tiling_state_hash(tiling) != springls_tiling_state_hash(other));
+    ASSERT_OK(springls_tiling_step(other, &step, NULL));
+    ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    free(block);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(walls_stay_closed);
+    RUN_TEST(bodies_meet);
+    RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
+    RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
+    RUN_TESTp(tension_is_in_world_units, 1.0);
+    RUN_TESTp(tension_is_in_world_units, 0.5);
+    RUN_TEST(what_cannot_be_held_is_refused);
+    RUN_TEST(targets_are_reached);
+    RUN_TEST(bodies_vanish);
+    RUN_TESTp(walls_vanish, 1);
+    RUN_TESTp(walls_vanish, 8);
+    RUN_TEST(all_vanish);
+    RUN_TEST(models_may_be_replaced);
+    RUN_TEST(later_bodies_have_the_time);
+    RUN_TEST(the_past_does_not_matter);
+    RUN_TEST(mirrored_springls_inherit);
+    RUN_TEST(mirrored_springls_are_counted);
+    RUN_TEST(bodies_rest);
+    GREATEST_MAIN_END();
+}
