@@ -36,7 +36,7 @@ endif
 
 .PHONY: help deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging solids tilings install uninstall format clean \
-        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom FORCE
+        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test npm deps-npm packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:
@@ -50,7 +50,7 @@ deps: deps-test deps-examples deps-display deps-opencl   ## install what demo an
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-examples deps-display deps-test deps-elastix deps-opencl deps-rusticl deps-oclgrind deps-valgrind deps-gpu-text deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines deps-cohort deps-slurm deps-dicom:
+deps-examples deps-display deps-test deps-elastix deps-opencl deps-rusticl deps-oclgrind deps-valgrind deps-gpu-text deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-npm deps-packages deps-engines deps-cohort deps-slurm deps-dicom:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----

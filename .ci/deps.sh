@@ -117,6 +117,9 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         need_command emcc "emscripten node-acorn" ;;
     web)   # the page's compiler
         need_command emcc "emscripten node-acorn" ;;
+    npm)   # the package for JavaScript
+        need_command emcc "emscripten node-acorn"
+        need_command npm npm ;;
     web-test)   # a browser without a display
         need_command node nodejs
         need_command chromium-headless-shell chromium-headless-shell ;;

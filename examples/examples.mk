@@ -131,10 +131,19 @@ build/web/%.html: examples/web/%.html
 	@mkdir -p $(@D)
 	@cp $< $@
 
+# The library for JavaScript: packages/npm has the sources, and npm runs make for what is compiled. Callbacks are imports,
+# which Emscripten takes for functions that are missing.
+build/npm/springls.wasm: packages/npm/springls.c springls.h | deps-npm
+	@mkdir -p $(@D)
+	$(SAY)NODE_PATH=/usr/share/nodejs emcc -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -DSPRINGLS_NO_OPENCL -msimd128 -fno-slp-vectorize --no-entry \
+	  -sALLOW_MEMORY_GROWTH=1 -sSTANDALONE_WASM=1 -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWARN_ON_UNDEFINED_SYMBOLS=0 -o $@ $<
+npm: build/npm/springls.wasm   ## a package of the library for JavaScript, for npm install: build/npm
+	@cd packages/npm && npm pack --silent --offline --pack-destination ../../build/npm
+
 cohort: deps-cohort   ## what the workflow of examples/cohort wants: two programs, Snakemake
 	@$(MAKE) $(PARALLEL) atlas register
 
-.PHONY: $(EXAMPLES) python engines cohort check-folders
+.PHONY: $(EXAMPLES) python engines npm cohort check-folders
 examples:   ## build every program of examples/ into build/ (or one: make leveque)
 	@$(MAKE) $(PARALLEL) $(EXAMPLES)
 

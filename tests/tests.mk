@@ -404,13 +404,13 @@ portability: deps-portability   ## the same bits from every compiler and platfor
 
 # Where no such system can be made it says so (77), which is no failure.
 fresh:   ## the targets GROUPS="demo test ..." that README names in a bare Debian each, with nothing installed (root, mmdebstrap)
-	@tests/portability/fresh.sh $(or $(GROUPS),demo test examples python engines web packages) || [ $$? = 77 ]
+	@tests/portability/fresh.sh $(or $(GROUPS),demo test examples python engines web npm packages) || [ $$? = 77 ]
 
 web-test: web deps-web-test   ## the page in headless Chromium: mouse, touch, hashes; pictures of it in build/web/pictures
 	@node tests/examples/web.js build/web/index.html build/web/pictures
 
-packages: deps-packages   ## can programs find the library by CMake, Meson, pkg-config and the recipes of packages/?
-	@tests/portability/packages.sh
+packages: deps-packages   ## can programs find the library by CMake, Meson, pkg-config and the recipes of packages/? (ONLY=npm)
+	@tests/portability/packages.sh $(ONLY)
 
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed

@@ -1,7 +1,9 @@
 #!/bin/bash
-# packages.sh: does a program find springls through each package system? Every check begins in a folder of its own, with what it
-# installs there. From the repository's root; prints what fails, and "N passed, N failed". Systems that are missing are skipped.
+# packages.sh [NAME]: does a program find springls through each package system? Every check begins in a folder of its own, with what it
+# installs there; NAME: that one alone. From the repository's root; prints what fails, and "N passed, N failed". Systems that are missing
+# are skipped.
 set -u
+only=${1:-}
 root=$PWD out=$PWD/build/packages
 rm -rf "$out"; mkdir -p "$out"
 passed=0 failed=0
@@ -9,6 +11,7 @@ version=$(sed -n 's/^#define SPRINGLS_VERSION_[A-Z]* \([0-9]*\)$/\1/p' springls.
 
 check() {   # NAME COMMAND...
     local name=$1; shift
+    [ -z "$only" ] || [ "$only" = "$name" ] || return 0
     mkdir "$out/$name"
     if (cd "$out/$name" && cp "$root/examples/minimal.c" . && "$@") > "$out/$name.log" 2>&1; then passed=$((passed + 1)); echo "ok   $name"
     else failed=$((failed + 1)); echo "FAIL $name"; tail -n 20 "$out/$name.log"; fi
@@ -104,6 +107,19 @@ pip_wheel() {
     CFLAGS=-O1 "$1" -m pip wheel --no-index --no-deps --wheel-dir wheels "$root/packages/python" && ls wheels/*.whl
 }
 
+# The package for JavaScript: made and installed without a network into an empty project, and run there by node and a browser: the bits are
+# those of a native program. README's example is run as it stands.
+npm_package() {
+    make -s -C "$root" npm && [ "$(wc -c < "$root/build/npm/springls-$version.tgz")" -le 1000000 ] &&
+        [ ! -e "$root/packages/npm/springls.wasm" ] && echo '{"type": "module"}' > package.json &&
+        npm install --offline --no-audit --no-fund "$root/build/npm/springls-$version.tgz" &&
+        cp "$root"/tests/portability/npm/* . || return 1
+    ${CC:-cc} -std=c99 -O1 "-I$root" native.c -o native -lm && ./native > native.txt &&
+        sed -n '/^```js$/,/^```$/{/^```/!p}' node_modules/springls/README.md > readme.js &&
+        node readme.js | grep '^[0-9]* triangles, volume [0-9]*$' && node run.js node || return 1
+    if command -v chromium-headless-shell; then node run.js browser; else echo 'skip: there is no chromium-headless-shell'; fi
+}
+
 # The printers of gdb on a program that has stopped; and all that Visual Studio would evaluate, which gdb can as well.
 debugger() {
     ${CC:-cc} -std=c99 -g -O0 "-I$root" minimal.c -o program -lm || return 1
@@ -130,5 +146,7 @@ check conan conan_recipe
 if /usr/bin/python3 -c 'import cffi, numpy, venv' 2> /dev/null; then check wheel wheel
 else echo 'skip wheel: the system has no Python with cffi, numpy and venv (python3-cffi, python3-numpy)'; fi
 if python3 -m pip --version > /dev/null 2>&1; then check pip-wheel pip_wheel python3; else echo 'skip pip-wheel: there is no pip'; fi
+if command -v emcc > /dev/null && command -v npm > /dev/null; then check npm npm_package
+else echo 'skip npm: emcc or npm is missing (emscripten, npm)'; fi
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]
