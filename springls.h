@@ -505,7 +505,10 @@
                     round and with its correspondence, which lies on the first body's original surface; attributes follow the
                     policy for fills
      half way       sheets that are more than 0.15 voxel apart, or have passed each other by that, meet half way
-     contact        bodies that grow into each other face each other from then on
+     contact        bodies that grow into each other face each other from then on; with film, before: what is between them, of label 0,
+                    breaks where it is as thin as the caller says for each pair
+     joining        bodies that share a wall become one where film says so, or by springls_tiling_join
+     neighbours     pairs that have come to share a wall, or do so no more, are reported: the T1 changes of a foam
      vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
@@ -521,7 +524,7 @@
    to nothing: from a label map after some 200 steps. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
-   Not there yet: backends, windows and combinations of whole tilings, and films that break.
+   Not there yet: backends, windows and combinations of whole tilings.
 
    A WORLD WITHOUT WALLS
 
@@ -846,12 +849,14 @@
      >>remodel              src/tools/remodel.h
      >>set_labels           src/tiling/set_labels.h
      >>bodies               src/tiling/bodies.h
+     >>join                 src/tiling/join.h
+     >>neighbors_of_bodies  src/tiling/neighbors_of_bodies.h
+     >>sheets               src/tiling/sheets.h
      >>tiling_snapshot      src/tiling/tiling_snapshot.h
      >>tiling_step          src/tiling/tiling_step.h
      >>films                src/tiling/films.h
      >>walls                src/tiling/walls.h
      >>decode               src/tiling/decode.h
-     >>sheets               src/tiling/sheets.h
      >>mirror               src/tiling/mirror.h
      >>tiling_rest          src/tiling/tiling_rest.h
      >>threads              src/runtime/threads.h
@@ -1025,6 +1030,7 @@
   #define springls_tiling_facing SPRINGLS__NAME(springls_tiling_facing)
   #define springls_default_tiling_step_desc SPRINGLS__NAME(springls_default_tiling_step_desc)
   #define springls_tiling_step SPRINGLS__NAME(springls_tiling_step)
+  #define springls_tiling_join SPRINGLS__NAME(springls_tiling_join)
   #define springls_tiling_sample_labels SPRINGLS__NAME(springls_tiling_sample_labels)
   #define springls_tiling_copy_labels SPRINGLS__NAME(springls_tiling_copy_labels)
   #define springls_tiling_measure SPRINGLS__NAME(springls_tiling_measure)
@@ -2243,6 +2249,13 @@ typedef struct springls_tiling_hold {
    more. Called by the thread of the caller, for each triangle of the walls. */
 typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
 
+/* Names what becomes of two bodies that come near each other: what is between them parts, and they share a wall; or they become one. */
+typedef enum springls_film { SPRINGLS_FILM_PART, SPRINGLS_FILM_JOIN } springls_film;
+
+/* Returns what becomes of two bodies, and how near to each other they come before: *rupture_thickness, voxels, 0 to 0.9, is 0.06 when it is
+   called, the lower label first. Two that share a wall join at once, unless the thickness is 0. Called from several threads at once. */
+typedef springls_film (*springls_film_fn)(void *user, int32_t low, int32_t high, float *rupture_thickness);
+
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
@@ -2251,13 +2264,15 @@ typedef struct springls_tiling_step_desc {
     float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
                                         principal curvatures                                                          */
     springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
+    springls_film_fn film;           /* what becomes of bodies that come near each other, where sheets are drawn together; NULL: they
+                                        share a wall                                                                  */
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
-                                        velocity alone, which moves both alike, else after every step                 */
+                                        velocity, or tension, alone, which moves both alike, else after every step    */
 } springls_tiling_step_desc;
 
 /* Returns a description without forces, with max_displacement = 2. */
@@ -2268,6 +2283,13 @@ typedef struct springls_tiling_report {
     const int32_t *vanished;         /* labels of bodies that are gone, ascending: no voxel has had their label any more. The
                                         tiling's, until the next step                                                */
     int vanished_count;
+    const int32_t *met, *parted;     /* 2 labels a pair, the lower first, label 0 left out: bodies that share a wall now, and did not
+                                        when sheets were last looked at, and those that do no more: changes of neighbours (T1). Not
+                                        known, and so none, in the first look after a body has been set, added, joined or restored. The
+                                        tiling's, until the next step                                                */
+    int met_count, parted_count;     /* pairs                                                                        */
+    const int32_t *joined;           /* 2 labels a pair: of the body that two have become, and the one that is gone  */
+    int joined_count;
     int mirrored;                    /* springls that bodies have got from the other side of a wall, with its correspondence, which
                                         lies on the other body's original surface; attributes as in fills             */
     int faced;                       /* springls with a sheet before them                                            */
@@ -2281,6 +2303,12 @@ typedef struct springls_tiling_report {
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
+
+/* Makes one body, of the first label, of two that share a wall, which goes; springls elsewhere keep correspondences and attributes, on both
+   original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film joins
+   bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
+   as before. */
+SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other);
 
 /* Finds the label of `count` world points. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out);
@@ -33423,7 +33451,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1160 \"springls.h\"\n",
+    "#line 1166 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33537,7 +33565,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2490 \"springls.h\"\n",
+    "#line 2518 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33653,7 +33681,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2607 \"springls.h\"\n",
+    "#line 2635 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33675,7 +33703,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2630 \"springls.h\"\n",
+    "#line 2658 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33690,7 +33718,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2646 \"springls.h\"\n",
+    "#line 2674 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33814,7 +33842,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2770 \"springls.h\"\n",
+    "#line 2798 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33884,7 +33912,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2841 \"springls.h\"\n",
+    "#line 2869 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -34104,7 +34132,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3062 \"springls.h\"\n",
+    "#line 3090 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34119,7 +34147,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3077 \"springls.h\"\n",
+    "#line 3105 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34243,14 +34271,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3201 \"springls.h\"\n",
+    "#line 3229 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3237 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34376,7 +34404,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3336 \"springls.h\"\n",
+    "#line 3364 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34431,7 +34459,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3392 \"springls.h\"\n",
+    "#line 3420 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34520,7 +34548,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3482 \"springls.h\"\n",
+    "#line 3510 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34532,7 +34560,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3494 \"springls.h\"\n",
+    "#line 3522 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34547,7 +34575,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3510 \"springls.h\"\n",
+    "#line 3538 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34591,7 +34619,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3554 \"springls.h\"\n",
+    "#line 3582 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34606,7 +34634,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3569 \"springls.h\"\n",
+    "#line 3597 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34650,7 +34678,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3613 \"springls.h\"\n",
+    "#line 3641 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34729,7 +34757,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3692 \"springls.h\"\n",
+    "#line 3720 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34744,7 +34772,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3708 \"springls.h\"\n",
+    "#line 3736 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34811,7 +34839,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3775 \"springls.h\"\n",
+    "#line 3803 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34826,7 +34854,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3790 \"springls.h\"\n",
+    "#line 3818 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34893,7 +34921,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3858 \"springls.h\"\n",
+    "#line 3886 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35279,7 +35307,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4245 \"springls.h\"\n",
+    "#line 4273 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -35988,7 +36016,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4955 \"springls.h\"\n",
+    "#line 4983 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36248,7 +36276,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5216 \"springls.h\"\n",
+    "#line 5244 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36450,7 +36478,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5419 \"springls.h\"\n",
+    "#line 5447 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36567,7 +36595,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5537 \"springls.h\"\n",
+    "#line 5565 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36764,7 +36792,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5734 \"springls.h\"\n",
+    "#line 5762 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36779,7 +36807,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5750 \"springls.h\"\n",
+    "#line 5778 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -36973,7 +37001,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5944 \"springls.h\"\n",
+    "#line 5972 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36988,7 +37016,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5959 \"springls.h\"\n",
+    "#line 5987 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37182,7 +37210,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6754 \"springls.h\"\n",
+    "#line 6782 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37582,7 +37610,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7155 \"springls.h\"\n",
+    "#line 7183 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37608,7 +37636,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7182 \"springls.h\"\n",
+    "#line 7210 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37696,7 +37724,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7271 \"springls.h\"\n",
+    "#line 7299 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37836,7 +37864,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7412 \"springls.h\"\n",
+    "#line 7440 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37941,7 +37969,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7518 \"springls.h\"\n",
+    "#line 7546 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38173,7 +38201,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7751 \"springls.h\"\n",
+    "#line 7779 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38203,7 +38231,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7781 \"springls.h\"\n",
+    "#line 7809 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38218,7 +38246,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7797 \"springls.h\"\n",
+    "#line 7825 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38387,7 +38415,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7966 \"springls.h\"\n",
+    "#line 7994 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38402,7 +38430,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7981 \"springls.h\"\n",
+    "#line 8009 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38571,7 +38599,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8150 \"springls.h\"\n",
+    "#line 8178 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38625,7 +38653,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8205 \"springls.h\"\n",
+    "#line 8233 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38651,7 +38679,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8231 \"springls.h\"\n",
+    "#line 8259 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38666,7 +38694,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8247 \"springls.h\"\n",
+    "#line 8275 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38749,7 +38777,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8330 \"springls.h\"\n",
+    "#line 8358 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38764,7 +38792,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8345 \"springls.h\"\n",
+    "#line 8373 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38847,7 +38875,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8428 \"springls.h\"\n",
+    "#line 8456 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38921,7 +38949,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8503 \"springls.h\"\n",
+    "#line 8531 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39474,7 +39502,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9057 \"springls.h\"\n",
+    "#line 9085 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39570,7 +39598,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9154 \"springls.h\"\n",
+    "#line 9182 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39691,7 +39719,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9276 \"springls.h\"\n",
+    "#line 9304 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -39972,7 +40000,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9558 \"springls.h\"\n",
+    "#line 9586 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -40058,7 +40086,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9645 \"springls.h\"\n",
+    "#line 9673 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40201,7 +40229,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9789 \"springls.h\"\n",
+    "#line 9817 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40390,7 +40418,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9979 \"springls.h\"\n",
+    "#line 10007 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40515,7 +40543,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10105 \"springls.h\"\n",
+    "#line 10133 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40549,7 +40577,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10140 \"springls.h\"\n",
+    "#line 10168 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -41087,7 +41115,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10679 \"springls.h\"\n",
+    "#line 10707 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41237,7 +41265,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10830 \"springls.h\"\n",
+    "#line 10858 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41315,7 +41343,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10909 \"springls.h\"\n",
+    "#line 10937 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41564,7 +41592,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11159 \"springls.h\"\n",
+    "#line 11187 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41789,7 +41817,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11385 \"springls.h\"\n",
+    "#line 11413 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41893,7 +41921,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11490 \"springls.h\"\n",
+    "#line 11518 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -41990,7 +42018,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11588 \"springls.h\"\n",
+    "#line 11616 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42528,7 +42556,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12127 \"springls.h\"\n",
+    "#line 12155 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42561,7 +42589,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12161 \"springls.h\"\n",
+    "#line 12189 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42586,14 +42614,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12187 \"springls.h\"\n",
+    "#line 12215 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12194 \"springls.h\"\n",
+    "#line 12222 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42608,7 +42636,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12210 \"springls.h\"\n",
+    "#line 12238 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42734,7 +42762,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12336 \"springls.h\"\n",
+    "#line 12364 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42749,7 +42777,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12351 \"springls.h\"\n",
+    "#line 12379 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42875,7 +42903,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12478 \"springls.h\"\n",
+    "#line 12506 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43167,7 +43195,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12771 \"springls.h\"\n",
+    "#line 12799 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43302,7 +43330,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17415 \"springls.h\"\n",
+    "#line 17443 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44365,7 +44393,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18479 \"springls.h\"\n",
+    "#line 18507 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -44962,7 +44990,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19077 \"springls.h\"\n",
+    "#line 19105 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45559,7 +45587,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45563 \"springls.h\"\n",
+    "#line 45591 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -47652,6 +47680,11 @@ typedef struct springls__tiling_body {
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;
 
+/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
+typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
+
+typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
+
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
     springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
@@ -47659,6 +47692,13 @@ struct springls_tiling {
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
     springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__pair_list next_pairs; /* neighbours after the step that runs                                          */
+    springls__buffer neighbors, next; /* bodies that share walls (neighbors_of_bodies.h): as of the last look, and of the step that runs */
+    int neighbor_count;
+    bool neighbors_known, has_next;
+    springls__buffer met, parted, joined, pairs; /* working memory: events, and all pairs that face each other        */
+    springls__buffer joins;    /* bodies that are to be one when the step has succeeded (join.h)                       */
+    int join_count;
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
@@ -47725,6 +47765,8 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->count = count;
     tiling->steps = 0;
     tiling->facing_known = false;
+    tiling->neighbors_known = false;
+    tiling->neighbor_count = 0;
     tiling->calm_steps = 0;
 }
 
@@ -47836,6 +47878,13 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
+    springls__buffer_free(host, &tiling->neighbors);
+    springls__buffer_free(host, &tiling->next);
+    springls__buffer_free(host, &tiling->met);
+    springls__buffer_free(host, &tiling->parted);
+    springls__buffer_free(host, &tiling->joined);
+    springls__buffer_free(host, &tiling->pairs);
+    springls__buffer_free(host, &tiling->joins);
     for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
@@ -48227,6 +48276,7 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     tiling->body = body;
     tiling->count = n;
     tiling->facing_known = false;
+    tiling->neighbors_known = false;
     tiling->calm_steps = 0;
     return SPRINGLS_OK;
 }
@@ -48250,6 +48300,614 @@ SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tilin
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     springls__body_free(&added);
     springls__body_free(&outer);
+    return status;
+}
+
+/* ======== >>neighbors_of_bodies  (src/tiling/neighbors_of_bodies.h) ============================================ */
+/* neighbors_of_bodies.h - which bodies share walls, and which have met or parted. Where a wall shrinks to nothing its bodies part, and two
+   others meet in its place: a change of neighbours (T1) of a foam.
+
+   A wall begins with several springls, and ends when none is left: so that one springl at a line where walls meet, which faces one body
+   now and another then, is no event. */
+
+enum { SPRINGLS__MET = 6 }; /* springls, both sides together: a wall begins */
+
+SPRINGLS__FN int springls__compare_pairs(const springls__pair *a, const springls__pair *b)
+{
+    if (a->low != b->low) return a->low < b->low ? -1 : 1;
+    return a->high < b->high ? -1 : a->high > b->high;
+}
+
+/* Returns the first pair of a sorted list that is not before two labels. */
+SPRINGLS__FN int springls__pair_place(const springls__pair_list *list, int32_t low, int32_t high)
+{
+    springls__pair wanted;
+    int begin = 0, end = list->count;
+    wanted.low = low;
+    wanted.high = high;
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if (springls__compare_pairs(&list->pair[middle], &wanted) < 0) begin = middle + 1;
+        else end = middle;
+    }
+    return begin;
+}
+
+SPRINGLS__FN const springls__pair *springls__find_pair(const springls__pair_list *list, int32_t low, int32_t high)
+{
+    const int i = springls__pair_place(list, low, high);
+    return i < list->count && list->pair[i].low == low && list->pair[i].high == high ? &list->pair[i] : NULL;
+}
+
+/* Adds a springl that faces another body to a sorted list. */
+SPRINGLS__FN springls_status springls__add_to_pair(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list, int32_t own,
+                                                   int32_t facing, float gap)
+{
+    const int32_t low = own < facing ? own : facing, high = own < facing ? facing : own;
+    const int at = springls__pair_place(list, low, high);
+    springls__pair *pair;
+    if (!springls__find_pair(list, low, high)) {
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, memory, (size_t)list->count + 1, sizeof *pair, (size_t)list->count * sizeof *pair));
+        list->pair = pair = (springls__pair *)memory->data;
+        memmove(pair + at + 1, pair + at, (size_t)(list->count++ - at) * sizeof *pair);
+        memset(&pair[at], 0, sizeof *pair);
+        pair[at].low = low;
+        pair[at].high = high;
+    }
+    list->pair[at].springls++;
+    list->pair[at].gap += (double)springls__fabs(gap);
+    return SPRINGLS_OK;
+}
+
+/* Lists the pairs of bodies that face each other now, label 0 left out, where sheets have been looked at. */
+SPRINGLS__FN springls_status springls__list_pairs(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list)
+{
+    int i, k;
+    list->pair = NULL;
+    list->count = 0;
+    for (i = 1; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const float *facing = springls__facing_values(body), *gap = (const float *)tiling->gap.data + body->first;
+        for (k = 0; k < body->ctx->model.set.count; k++)
+            if (facing[k] > 0.0f && gap[k] < FLT_MAX)
+                SPRINGLS__TRY(springls__add_to_pair(tiling, memory, list, body->label, (int32_t)facing[k], gap[k]));
+    }
+    return SPRINGLS_OK;
+}
+
+/* Appends two labels to a list of pairs; *count of them so far. */
+SPRINGLS__FN springls_status springls__note_pair(springls_tiling *tiling, springls__buffer *memory, int *count, int32_t one, int32_t other)
+{
+    int32_t *labels;
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, memory, 2 * (size_t)*count + 2, sizeof *labels, 2 * (size_t)*count * sizeof *labels));
+    labels = (int32_t *)memory->data + 2 * (size_t)(*count)++;
+    labels[0] = one;
+    labels[1] = other;
+    return SPRINGLS_OK;
+}
+
+/* Finds out which bodies are neighbours now, of the pairs that face each other and those that were neighbours before, and reports what has
+   changed; the first time nothing has. `next` becomes the list of neighbours when the step has succeeded. */
+SPRINGLS__FN springls_status springls__find_changes(springls_tiling *tiling, const springls__pair_list *pairs, springls_tiling_report *report)
+{
+    springls__pair_list before, *next = &tiling->next_pairs;
+    int i;
+    before.pair = (springls__pair *)tiling->neighbors.data;
+    before.count = tiling->neighbor_count;
+    next->count = 0;
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->next, (size_t)pairs->count + 1, sizeof(springls__pair), 0));
+    next->pair = (springls__pair *)tiling->next.data;
+    for (i = 0; i < pairs->count; i++) {
+        const springls__pair *pair = &pairs->pair[i];
+        const bool was = before.count > 0 && springls__find_pair(&before, pair->low, pair->high);
+        if (!was && pair->springls < SPRINGLS__MET) continue;
+        next->pair[next->count++] = *pair;
+        if (was || !tiling->neighbors_known) continue;
+        SPRINGLS__TRY(springls__note_pair(tiling, &tiling->met, &report->met_count, pair->low, pair->high));
+    }
+    for (i = 0; i < before.count && tiling->neighbors_known; i++)
+        if (!springls__find_pair(pairs, before.pair[i].low, before.pair[i].high))
+            SPRINGLS__TRY(springls__note_pair(tiling, &tiling->parted, &report->parted_count, before.pair[i].low, before.pair[i].high));
+    report->met = report->met_count ? (const int32_t *)tiling->met.data : NULL;
+    report->parted = report->parted_count ? (const int32_t *)tiling->parted.data : NULL;
+    tiling->has_next = true;
+    return SPRINGLS_OK;
+}
+
+/* Takes over the list of neighbours that the step has found, if it has looked. */
+SPRINGLS__FN void springls__take_neighbors(springls_tiling *tiling)
+{
+    const springls__buffer swap = tiling->neighbors;
+    if (!tiling->has_next) return;
+    tiling->neighbors = tiling->next;
+    tiling->next = swap;
+    tiling->neighbor_count = tiling->next_pairs.count;
+    tiling->neighbors_known = true;
+    tiling->has_next = false;
+}
+
+/* ======== >>sheets  (src/tiling/sheets.h) ====================================================================== */
+/* sheets.h - keeps the two sheets of a wall together. Each springl faces a label: the body whose opposed sheet lies in front of it. That is
+   an attribute, so that it comes along when springls split and fill; it changes where bodies meet or part. Sheets that have come
+   apart, or passed through each other, by more than a dead band go half way to each other.
+
+   Why a dead band: a sheet is known to a hundredth of a voxel, and the mean of two sheets is smoother than either. Drawn together in every
+   step they would be smoothed in every step; left alone they drift. */
+
+#define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
+#define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
+#define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
+#define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
+#define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
+
+/* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
+   within reach, or the body's nearest springl faces the other way. Then x is at the body's other side, which is thin there, and the sheet
+   behind it belongs to a wall with a third body. */
+SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
+{
+    const springls__model *model = &body->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__PROJECT_RADIUS);
+    springls__moments sum;
+    springls__projection found;
+    float nearest = FLT_MAX, nearest_cosine = 0.0f;
+    int i;
+    memset(&sum, 0, sizeof sum);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 m = springls__scale(springls__springl_normal(model->set.s[i]), body->sign);
+        const springls__v3 d = springls__sub(x, model->set.s[i].p);
+        const float d2 = springls__length2(d), cosine = springls__dot(m, n), weight = springls__project_weight(d2);
+        if (d2 < nearest) {
+            nearest = d2;
+            nearest_cosine = cosine;
+        }
+        if (cosine < SPRINGLS__WALL_OPPOSED) continue;
+        sum.offset = springls__mad(sum.offset, d, weight);
+        sum.normal = springls__mad(sum.normal, m, weight);
+        sum.height += weight * springls__dot(d, m);
+        sum.weight += weight;
+    }
+    if (sum.weight < 1e-3f || nearest_cosine < 0.0f) return false;
+    found = springls__moments_distance(sum);
+    *distance = found.distance;
+    return found.trust > 0.05f && springls__fabs(found.distance) <= SPRINGLS__WALL_REACH;
+}
+
+/* ---- what lies where ---- */
+
+/* Finds the box of a body's particles, and lists them in cells. */
+SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__constellation *set = &body->ctx->model.set;
+    int i;
+    (void)tiling, (void)arg;
+    body->box = springls__box_empty();
+    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
+    return springls__read_cell_list(body->ctx);
+}
+
+/* Finds where all bodies are, and numbers their springls through. Returns how many there are. */
+SPRINGLS__FN springls_status springls__look_at_bodies(springls_tiling *tiling, const char *call, int *springls)
+{
+    int i;
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__look_at_body, NULL));
+    for (i = *springls = 0; i < tiling->count; i++) {
+        tiling->body[i].first = *springls;
+        *springls += tiling->body[i].ctx->model.set.count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__in_reach(const springls__box *box, springls__v3 x, float reach)
+{
+    return x.x >= box->lower.x - reach && x.y >= box->lower.y - reach && x.z >= box->lower.z - reach && x.x <= box->upper.x + reach
+           && x.y <= box->upper.y + reach && x.z <= box->upper.z + reach;
+}
+
+SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__box *b, float reach)
+{
+    return a->lower.x <= b->upper.x + reach && a->lower.y <= b->upper.y + reach && a->lower.z <= b->upper.z + reach
+           && b->lower.x <= a->upper.x + reach && b->lower.y <= a->upper.y + reach && b->lower.z <= a->upper.z + reach;
+}
+
+/* ---- what a springl faces ---- */
+
+/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
+   is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
+SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
+{
+    const springls__model *model = &body->ctx->model;
+    const float error = 0.3f; /* voxel */
+    const int i = springls__nearest_springl(model, p, SPRINGLS__PROJECT_RADIUS);
+    springls__v3 moved;
+    if (i < 0) return false;
+    moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
+    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved)) < d + error;
+}
+
+/* Finds the nearest opposed sheet before place p of a body with normal n, among those of the bodies from `first` on, but for two of them.
+   Returns the body's number, -1: there is none within reach. */
+SPRINGLS__FN int springls__nearest_sheet(const springls_tiling *tiling, int first, int own, int faced, springls__v3 p, springls__v3 n,
+                                         float *distance)
+{
+    const springls__v3 back = springls__scale(n, -1.0f);
+    float d;
+    int i, found = -1;
+    for (i = first; i < tiling->count; i++) {
+        if (i == own || i == faced || !springls__in_reach(&tiling->body[i].box, p, 1.0f)) continue;
+        if (!springls__sheet_distance(&tiling->body[i], p, back, &d)) continue;
+        if (found >= 0 && springls__fabs(d) >= springls__fabs(*distance)) continue;
+        *distance = d;
+        found = i;
+    }
+    return found;
+}
+
+/* Returns the body that place p of a body with normal n faces by the level sets: a little before it the lowest phi of another one. */
+SPRINGLS__FN int springls__faced_by_phi(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n)
+{
+    const springls__v3 x = springls__mad(p, n, 0.6f);
+    float least = FLT_MAX;
+    int i, found = own == 0 ? -1 : 0;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__grid *g = &tiling->body[i].ctx->model.grid;
+        float phi;
+        if (i == own || !springls__in_reach(&tiling->body[i].box, x, 2.0f)) continue;
+        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
+        if (phi >= least) continue;
+        least = phi;
+        found = i;
+    }
+    return found;
+}
+
+/* Looks at the springls of one body: what they face, their gap to it, and how far they go. */
+typedef struct springls__sheets_job {
+    const springls_tiling *tiling;
+    int own;
+    float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
+    springls__v3 *shift;   /* NULL: they only look                                                                    */
+    bool known;            /* facing is that of before                                                                */
+    const springls_tiling_step_desc *desc; /* whose films part; NULL: no step is made                                 */
+} springls__sheets_job;
+
+/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. Ever smaller ways, which would keep models
+   awake, are not gone. */
+SPRINGLS__FN float springls__way_to_middle(float gap)
+{
+    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK + SPRINGLS__WALL_STILL) return 0.0f;
+    return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
+}
+
+/* Asks what becomes of the film between two bodies; *thickness: voxels. */
+SPRINGLS__FN springls_film springls__film_between(const springls_tiling_step_desc *desc, int32_t one, int32_t other, float *thickness)
+{
+    *thickness = SPRINGLS__WALL_TOUCH;
+    return desc && desc->film ? (desc->film)(desc->user, one < other ? one : other, one < other ? other : one, thickness)
+                              : SPRINGLS_FILM_PART;
+}
+
+/* Returns how near two bodies come before what is between them parts. */
+SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other)
+{
+    const int32_t own = job->tiling->body[job->own].label, label = job->tiling->body[other].label;
+    float thickness = SPRINGLS__WALL_TOUCH;
+    if (own > 0 && label > 0) springls__film_between(job->desc, own, label, &thickness);
+    return thickness;
+}
+
+/* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
+   - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
+     lies in its place.
+   - From label 0 it turns to a body that it touches. */
+SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
+{
+    const springls_tiling *tiling = job->tiling;
+    const int own = job->own;
+    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
+                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    float d = 0.0f;
+    int other;
+    if (there && faced > 0) return faced;
+    other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
+    if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
+    else if (faced == 0 && other >= 0 && d < springls__touching(job, other) && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
+    else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
+    else other = faced;
+    if (!there && other == faced) *gap = FLT_MAX;
+    return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
+}
+
+SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
+{
+    const springls__sheets_job *job = (const springls__sheets_job *)arg;
+    const springls__tiling_body *body = &job->tiling->body[job->own];
+    for (; begin < end; begin++) {
+        const springls__springl *s = &body->ctx->model.set.s[begin];
+        const springls__v3 n = springls__scale(springls__springl_normal(*s), body->sign);
+        int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
+        float gap = FLT_MAX;
+        if (faced == job->own) faced = -1;
+        faced = springls__faced_by(job, s->p, n, faced, &gap);
+        job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
+        job->gap[begin] = gap;
+        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
+    }
+}
+
+/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
+SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      bool move)
+{
+    springls__sheets_job job;
+    int springls, i;
+    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
+    if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
+    job.tiling = tiling;
+    job.desc = desc;
+    job.known = tiling->facing_known;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        job.own = i;
+        job.facing = springls__facing_values(body);
+        job.gap = (float *)tiling->gap.data + body->first;
+        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
+        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
+    }
+    tiling->facing_known = true;
+    return SPRINGLS_OK;
+}
+
+/* Gives all springls what they face, where that is not known of some. */
+SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, const char *call)
+{
+    int i;
+    if (springls__facing_is_known(tiling)) return SPRINGLS_OK;
+    for (i = 0; i < tiling->count; i++) {
+        const springls_status status = springls__make_facing(&tiling->body[i]);
+        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
+    }
+    tiling->facing_known = false;
+    return springls__look_at_sheets(tiling, call, NULL, false);
+}
+
+/* ---- half way ---- */
+
+/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
+SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;
+    const springls__constellation *set = &body->ctx->model.set;
+    springls__buffer moved;
+    springls_status status;
+    springls__v3 *q;
+    int first = 0, end = set->count, i, m;
+    (void)arg;
+    while (first < end && springls__length2(shift[first]) == 0.0f) first++;
+    while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
+    if (first == end) return SPRINGLS_OK;
+    memset(&moved, 0, sizeof moved);
+    SPRINGLS__TRY(springls__buffer_grow(body->ctx, &moved, (size_t)(end - first), 4 * sizeof *q, 0));
+    q = (springls__v3 *)moved.data;
+    for (i = first; i < end; i++)
+        for (m = 0; m < 3; m++) *q++ = springls__add(set->s[i].q[m], shift[i]);
+    for (i = first; i < end; i++) *q++ = springls__add(set->s[i].p, shift[i]);
+    q = (springls__v3 *)moved.data;
+    status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
+    springls__buffer_free(body->ctx, &moved);
+    return status;
+}
+
+/* Finds what all springls face, and draws the two sheets of each wall together. */
+SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, true));
+    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
+}
+
+/* ======== >>join  (src/tiling/join.h) ========================================================================== */
+/* join.h - makes one body of two that share a wall. Their sheets there are pushed through each other, so that a union takes both away;
+   springls elsewhere stay as they are, with their correspondences, which lie on both original surfaces together. The model of label 0 is
+   that of all bodies, and stays as it is. */
+
+/* Two bodies that become one: its model, which is new, and the label that is gone. */
+typedef struct springls__join { springls__tiling_body body; int32_t gone; } springls__join;
+
+/* Pushes the springls of a copy of a body that face a label through the wall. */
+SPRINGLS__FN springls_status springls__push_through(springls__tiling_body *copy, int32_t label)
+{
+    const float push = 0.4f; /* voxel: more than walls have gaps */
+    const springls__constellation *set = &copy->ctx->model.set;
+    const float *facing = springls__facing_values(copy);
+    springls__buffer moved;
+    springls_status status;
+    springls__v3 *q;
+    int i, m;
+    memset(&moved, 0, sizeof moved);
+    if (!facing) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(copy->ctx, &moved, (size_t)set->count, 4 * sizeof *q, 0));
+    q = (springls__v3 *)moved.data;
+    for (i = 0; i < set->count; i++) {
+        const springls__v3 n = springls__springl_normal(set->s[i]);
+        const float way = (int32_t)facing[i] == label ? push : 0.0f;
+        for (m = 0; m < 3; m++) q[3 * i + m] = springls__mad(set->s[i].q[m], n, way);
+        q[3 * set->count + i] = springls__mad(set->s[i].p, n, way);
+    }
+    status = springls_write(copy->ctx, 0, set->count, &q->x, &q[3 * set->count].x);
+    springls__buffer_free(copy->ctx, &moved);
+    return status;
+}
+
+/* Lets nothing face a label any more, but another one: of the springls of a body. */
+SPRINGLS__FN void springls__face_instead(springls__tiling_body *body, int32_t gone, int32_t instead)
+{
+    float *facing = springls__facing_values(body);
+    int i;
+    for (i = 0; facing && i < springls_count(body->ctx); i++)
+        if ((int32_t)facing[i] == gone) facing[i] = (float)instead;
+}
+
+/* Makes the model of two bodies that share a wall; they stay as they are. */
+SPRINGLS__FN springls_status springls__make_joined(springls_tiling *tiling, const char *call, const springls__tiling_body *kept,
+                                                   const springls__tiling_body *gone, springls__join *join)
+{
+    springls__tiling_body copy;
+    springls_status status;
+    memset(join, 0, sizeof *join);
+    memset(&copy, 0, sizeof copy);
+    join->gone = gone->label;
+    SPRINGLS__TRY(springls__body_create(tiling, call, kept->label, &join->body));
+    status = springls__body_create(tiling, call, gone->label, &copy);
+    if (status == SPRINGLS_OK) {
+        status = springls__copy_model(join->body.ctx, kept->ctx);
+        if (status == SPRINGLS_OK) status = springls__copy_model(copy.ctx, gone->ctx);
+        if (status == SPRINGLS_OK) status = springls__push_through(&copy, kept->label);
+        if (status == SPRINGLS_OK) status = springls_combine(join->body.ctx, SPRINGLS_OPERATION_UNION, copy.ctx);
+        if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, gone->label, join->body.ctx);
+    }
+    springls__body_free(&copy);
+    if (status == SPRINGLS_OK) {
+        springls__face_instead(&join->body, gone->label, SPRINGLS__NO_LABEL);
+        springls__face_instead(&join->body, kept->label, SPRINGLS__NO_LABEL);
+    } else springls__body_free(&join->body);
+    return status;
+}
+
+/* Puts a joined body in the place of the two that it was made of. */
+SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join *join)
+{
+    const int kept = springls__body_number(tiling, join->body.label), gone = springls__body_number(tiling, join->gone);
+    int i;
+    springls__body_free(&tiling->body[kept]);
+    springls__body_free(&tiling->body[gone]);
+    tiling->body[kept] = join->body;
+    tiling->count--;
+    for (i = gone; i < tiling->count; i++) tiling->body[i] = tiling->body[i + 1];
+    memset(&tiling->body[tiling->count], 0, sizeof *tiling->body);
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].label != join->body.label) springls__face_instead(&tiling->body[i], join->gone, join->body.label);
+    tiling->neighbors_known = false;
+    tiling->calm_steps = 0;
+}
+
+/* Frees the joined bodies that have been prepared, and not been taken. */
+SPRINGLS__FN void springls__free_joins(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->join_count; i++) springls__body_free(&((springls__join *)tiling->joins.data)[i].body);
+    tiling->join_count = 0;
+}
+
+/* ---- in a step ---- */
+
+/* Finds whether two bodies that share a wall are to be one. */
+SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                  const springls__pair *pair, bool *join)
+{
+    const double drawn = 0.2; /* voxel: sheets that are no further apart are a wall */
+    float thickness;
+    const springls_film film = springls__film_between(desc, pair->low, pair->high, &thickness);
+    *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET && pair->gap <= drawn * (double)pair->springls;
+    if ((film == SPRINGLS_FILM_PART || film == SPRINGLS_FILM_JOIN) && thickness >= 0.0f && thickness <= SPRINGLS__WALL_REACH) return SPRINGLS_OK;
+    return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
+                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
+                          (double)thickness, (long)pair->low, (long)pair->high, (double)SPRINGLS__WALL_REACH);
+}
+
+/* Returns whether a label takes part in a join that has been prepared. */
+SPRINGLS__FN bool springls__is_joining(const springls_tiling *tiling, int32_t label)
+{
+    const springls__join *join = (const springls__join *)tiling->joins.data;
+    int i;
+    for (i = 0; i < tiling->join_count; i++)
+        if (join[i].body.label == label || join[i].gone == label) return true;
+    return false;
+}
+
+/* Prepares the bodies of pairs that are to be one. A body joins one other at a time. */
+SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                     const springls__pair_list *pairs)
+{
+    int i;
+    for (i = 0; desc->film && i < pairs->count; i++) {
+        const springls__pair *pair = &pairs->pair[i];
+        const int kept = springls__body_number(tiling, pair->low), gone = springls__body_number(tiling, pair->high);
+        const size_t bytes = (size_t)tiling->join_count * sizeof(springls__join);
+        bool join;
+        SPRINGLS__TRY(springls__is_to_join(tiling, call, desc, pair, &join));
+        if (!join || kept < 0 || gone < 0 || springls__is_joining(tiling, pair->low) || springls__is_joining(tiling, pair->high)) continue;
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__join), bytes));
+        SPRINGLS__TRY(springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone],
+                                            (springls__join *)tiling->joins.data + tiling->join_count));
+        tiling->join_count++;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Makes room for the report of the joins that have been prepared. */
+SPRINGLS__FN springls_status springls__report_joins(springls_tiling *tiling, springls_tiling_report *report)
+{
+    const springls__join *join = (const springls__join *)tiling->joins.data;
+    int i;
+    for (i = 0; i < tiling->join_count; i++)
+        SPRINGLS__TRY(springls__note_pair(tiling, &tiling->joined, &report->joined_count, join[i].body.label, join[i].gone));
+    report->joined = report->joined_count ? (const int32_t *)tiling->joined.data : NULL;
+    return SPRINGLS_OK;
+}
+
+/* Returns the hold of a label, NULL: it is not held. */
+SPRINGLS__FN springls_tiling_hold *springls__hold_of(const springls_tiling_step_desc *desc, int32_t label)
+{
+    int i;
+    for (i = 0; i < desc->held_count; i++)
+        if (desc->held[i].label == label) return &desc->held[i];
+    return NULL;
+}
+
+/* Takes the bodies that have been joined. What two of them were held at is held of both together. */
+SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    springls__join *join = (springls__join *)tiling->joins.data;
+    int i;
+    for (i = 0; i < tiling->join_count; i++) {
+        springls_tiling_hold *kept = springls__hold_of(desc, join[i].body.label), *gone = springls__hold_of(desc, join[i].gone);
+        springls__take_joined(tiling, &join[i]);
+        if (!kept || !gone) continue;
+        kept->target += gone->target;
+        kept->volume += gone->volume;
+        kept->drift = 0.0;
+        gone->target = gone->volume = gone->pressure = gone->drift = 0.0;
+    }
+    tiling->join_count = 0;
+}
+
+/* ---- at once ---- */
+
+SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
+{
+    const char *call = "tiling_join";
+    springls__join join;
+    springls_status status;
+    int i, k, kept, gone, facing = 0;
+    bool known;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    kept = springls__body_number(tiling, label);
+    gone = springls__body_number(tiling, other);
+    if (kept < 1 || gone < 1 || kept == gone)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld are no two bodies", call, (long)label,
+                              (long)other);
+    known = tiling->facing_known;
+    SPRINGLS__TRY(springls__find_facing(tiling, call));
+    for (i = 0; i < 2; i++) {
+        const springls__tiling_body *body = &tiling->body[i ? gone : kept];
+        const float *values = springls__facing_values(body);
+        for (k = 0; k < springls_count(body->ctx); k++) facing += (int32_t)values[k] == (i ? label : other);
+    }
+    if (facing < SPRINGLS__MET)
+        status = springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld share no wall", call, (long)label, (long)other);
+    else status = springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone], &join);
+    if (status == SPRINGLS_OK) springls__take_joined(tiling, &join);
+    else tiling->facing_known = known;
     return status;
 }
 
@@ -48526,6 +49184,8 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
+    tiling->neighbors_known = false;
+    tiling->neighbor_count = 0;
     tiling->calm_steps = 0;
 }
 
@@ -48551,263 +49211,6 @@ SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, co
     else springls__free_others(tiling, &bodies, listed, tiling->body, tiling->count);
     springls__buffer_free(tiling->host, &read.models);
     return status;
-}
-
-/* ======== >>sheets  (src/tiling/sheets.h) ====================================================================== */
-/* sheets.h - keeps the two sheets of a wall together. Each springl faces a label: the body whose opposed sheet lies in front of it. That is
-   an attribute, so that it comes along when springls split and fill; it changes where bodies meet or part. Sheets that have come
-   apart, or passed through each other, by more than a dead band go half way to each other.
-
-   Why a dead band: a sheet is known to a hundredth of a voxel, and the mean of two sheets is smoother than either. Drawn together in every
-   step they would be smoothed in every step; left alone they drift. */
-
-#define SPRINGLS__WALL_REACH 0.9f   /* voxel: sheets further from each other are no wall                             */
-#define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
-#define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
-#define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
-#define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
-
-/* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
-   within reach, or the body's nearest springl faces the other way. Then x is at the body's other side, which is thin there, and the sheet
-   behind it belongs to a wall with a third body. */
-SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, springls__v3 x, springls__v3 n, float *distance)
-{
-    const springls__model *model = &body->ctx->model;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__PROJECT_RADIUS);
-    springls__moments sum;
-    springls__projection found;
-    float nearest = FLT_MAX, nearest_cosine = 0.0f;
-    int i;
-    memset(&sum, 0, sizeof sum);
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        const springls__v3 m = springls__scale(springls__springl_normal(model->set.s[i]), body->sign);
-        const springls__v3 d = springls__sub(x, model->set.s[i].p);
-        const float d2 = springls__length2(d), cosine = springls__dot(m, n), weight = springls__project_weight(d2);
-        if (d2 < nearest) {
-            nearest = d2;
-            nearest_cosine = cosine;
-        }
-        if (cosine < SPRINGLS__WALL_OPPOSED) continue;
-        sum.offset = springls__mad(sum.offset, d, weight);
-        sum.normal = springls__mad(sum.normal, m, weight);
-        sum.height += weight * springls__dot(d, m);
-        sum.weight += weight;
-    }
-    if (sum.weight < 1e-3f || nearest_cosine < 0.0f) return false;
-    found = springls__moments_distance(sum);
-    *distance = found.distance;
-    return found.trust > 0.05f && springls__fabs(found.distance) <= SPRINGLS__WALL_REACH;
-}
-
-/* ---- what lies where ---- */
-
-/* Finds the box of a body's particles, and lists them in cells. */
-SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    const springls__constellation *set = &body->ctx->model.set;
-    int i;
-    (void)tiling, (void)arg;
-    body->box = springls__box_empty();
-    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
-    return springls__read_cell_list(body->ctx);
-}
-
-/* Finds where all bodies are, and numbers their springls through. Returns how many there are. */
-SPRINGLS__FN springls_status springls__look_at_bodies(springls_tiling *tiling, const char *call, int *springls)
-{
-    int i;
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__look_at_body, NULL));
-    for (i = *springls = 0; i < tiling->count; i++) {
-        tiling->body[i].first = *springls;
-        *springls += tiling->body[i].ctx->model.set.count;
-    }
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN bool springls__in_reach(const springls__box *box, springls__v3 x, float reach)
-{
-    return x.x >= box->lower.x - reach && x.y >= box->lower.y - reach && x.z >= box->lower.z - reach && x.x <= box->upper.x + reach
-           && x.y <= box->upper.y + reach && x.z <= box->upper.z + reach;
-}
-
-SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__box *b, float reach)
-{
-    return a->lower.x <= b->upper.x + reach && a->lower.y <= b->upper.y + reach && a->lower.z <= b->upper.z + reach
-           && b->lower.x <= a->upper.x + reach && b->lower.y <= a->upper.y + reach && b->lower.z <= a->upper.z + reach;
-}
-
-/* ---- what a springl faces ---- */
-
-/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
-   is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
-SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
-{
-    const springls__model *model = &body->ctx->model;
-    const float error = 0.3f; /* voxel */
-    const int i = springls__nearest_springl(model, p, SPRINGLS__PROJECT_RADIUS);
-    springls__v3 moved;
-    if (i < 0) return false;
-    moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved)) < d + error;
-}
-
-/* Finds the nearest opposed sheet before place p of a body with normal n, among those of the bodies from `first` on, but for two of them.
-   Returns the body's number, -1: there is none within reach. */
-SPRINGLS__FN int springls__nearest_sheet(const springls_tiling *tiling, int first, int own, int faced, springls__v3 p, springls__v3 n,
-                                         float *distance)
-{
-    const springls__v3 back = springls__scale(n, -1.0f);
-    float d;
-    int i, found = -1;
-    for (i = first; i < tiling->count; i++) {
-        if (i == own || i == faced || !springls__in_reach(&tiling->body[i].box, p, 1.0f)) continue;
-        if (!springls__sheet_distance(&tiling->body[i], p, back, &d)) continue;
-        if (found >= 0 && springls__fabs(d) >= springls__fabs(*distance)) continue;
-        *distance = d;
-        found = i;
-    }
-    return found;
-}
-
-/* Returns the body that place p of a body with normal n faces by the level sets: a little before it the lowest phi of another one. */
-SPRINGLS__FN int springls__faced_by_phi(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n)
-{
-    const springls__v3 x = springls__mad(p, n, 0.6f);
-    float least = FLT_MAX;
-    int i, found = own == 0 ? -1 : 0;
-    for (i = 0; i < tiling->count; i++) {
-        const springls__grid *g = &tiling->body[i].ctx->model.grid;
-        float phi;
-        if (i == own || !springls__in_reach(&tiling->body[i].box, x, 2.0f)) continue;
-        phi = tiling->body[i].sign * springls__grid_sample(g, g->phi, x);
-        if (phi >= least) continue;
-        least = phi;
-        found = i;
-    }
-    return found;
-}
-
-/* Looks at the springls of one body: what they face, their gap to it, and how far they go. */
-typedef struct springls__sheets_job {
-    const springls_tiling *tiling;
-    int own;
-    float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
-    springls__v3 *shift;   /* NULL: they only look                                                                    */
-    bool known;            /* facing is that of before                                                                */
-} springls__sheets_job;
-
-/* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. Ever smaller ways, which would keep models
-   awake, are not gone. */
-SPRINGLS__FN float springls__way_to_middle(float gap)
-{
-    if (springls__fabs(gap) <= SPRINGLS__WALL_SLACK + SPRINGLS__WALL_STILL) return 0.0f;
-    return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
-}
-
-/* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
-   - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place.
-   - From label 0 it turns to a body that it touches. */
-SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
-{
-    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
-                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
-    float d = 0.0f;
-    int other;
-    if (there && faced > 0) return faced;
-    other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
-    if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
-    else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
-    else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
-    else other = faced;
-    if (!there && other == faced) *gap = FLT_MAX;
-    return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
-}
-
-SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
-{
-    const springls__sheets_job *job = (const springls__sheets_job *)arg;
-    const springls__tiling_body *body = &job->tiling->body[job->own];
-    for (; begin < end; begin++) {
-        const springls__springl *s = &body->ctx->model.set.s[begin];
-        const springls__v3 n = springls__scale(springls__springl_normal(*s), body->sign);
-        int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
-        float gap = FLT_MAX;
-        if (faced == job->own) faced = -1;
-        faced = springls__faced_by(job->tiling, job->own, s->p, n, faced, &gap);
-        job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
-        job->gap[begin] = gap;
-        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
-    }
-}
-
-/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
-SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
-{
-    springls__sheets_job job;
-    int springls, i;
-    SPRINGLS__TRY(springls__look_at_bodies(tiling, call, &springls));
-    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
-    if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
-    job.tiling = tiling;
-    job.known = tiling->facing_known;
-    for (i = 0; i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
-        job.own = i;
-        job.facing = springls__facing_values(body);
-        job.gap = (float *)tiling->gap.data + body->first;
-        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
-        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
-    }
-    tiling->facing_known = true;
-    return SPRINGLS_OK;
-}
-
-/* Gives all springls what they face, where that is not known of some. */
-SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, const char *call)
-{
-    int i;
-    if (springls__facing_is_known(tiling)) return SPRINGLS_OK;
-    for (i = 0; i < tiling->count; i++) {
-        const springls_status status = springls__make_facing(&tiling->body[i]);
-        if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
-    }
-    tiling->facing_known = false;
-    return springls__look_at_sheets(tiling, call, false);
-}
-
-/* ---- half way ---- */
-
-/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
-SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;
-    const springls__constellation *set = &body->ctx->model.set;
-    springls__buffer moved;
-    springls_status status;
-    springls__v3 *q;
-    int first = 0, end = set->count, i, m;
-    (void)arg;
-    while (first < end && springls__length2(shift[first]) == 0.0f) first++;
-    while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
-    if (first == end) return SPRINGLS_OK;
-    memset(&moved, 0, sizeof moved);
-    SPRINGLS__TRY(springls__buffer_grow(body->ctx, &moved, (size_t)(end - first), 4 * sizeof *q, 0));
-    q = (springls__v3 *)moved.data;
-    for (i = first; i < end; i++)
-        for (m = 0; m < 3; m++) *q++ = springls__add(set->s[i].q[m], shift[i]);
-    for (i = first; i < end; i++) *q++ = springls__add(set->s[i].p, shift[i]);
-    q = (springls__v3 *)moved.data;
-    status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
-    springls__buffer_free(body->ctx, &moved);
-    return status;
-}
-
-/* Finds what all springls face, and draws the two sheets of each wall together. */
-SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call)
-{
-    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, true));
-    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
 }
 
 /* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
@@ -50181,6 +50584,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    springls__pair_list pairs;
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
@@ -50189,15 +50593,18 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     tiling->steps++;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__draw_sheets(tiling, call));
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
     springls__report_gaps(tiling, report);
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__list_pairs(tiling, &tiling->pairs, &pairs));
+    SPRINGLS__TRY(springls__find_changes(tiling, &pairs, report));
+    SPRINGLS__TRY(springls__prepare_joins(tiling, call, desc, &pairs));
+    return springls__report_joins(tiling, report);
 }
 
 /* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
 SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    const bool forces = springls__has_films(desc) || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    const bool forces = springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
     return !forces && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
 }
 
@@ -50250,9 +50657,13 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     if (status == SPRINGLS_OK) {
         springls__drop_vanished(tiling, count, report);
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
+        springls__take_neighbors(tiling);
+        springls__take_joins(tiling, desc);
         springls__note_rest(tiling, slept && count == tiling->count, report);
         return SPRINGLS_OK;
     }
+    springls__free_joins(tiling);
+    tiling->has_next = false;
     tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;

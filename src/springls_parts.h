@@ -50,6 +50,7 @@
 #include "tools/follow_level_set.h"
 #include "tools/remodel.h"
 #include "tiling/set_labels.h"
+#include "tiling/join.h"
 #include "tiling/tiling_snapshot.h"
 #include "tiling/tiling_step.h"
 #include "tiling/walls.h"

@@ -1123,6 +1123,13 @@ typedef struct springls_tiling_hold {
    more. Called by the thread of the caller, for each triangle of the walls. */
 typedef float (*springls_tension_fn)(void *user, int32_t low, int32_t high);
 
+/* Names what becomes of two bodies that come near each other: what is between them parts, and they share a wall; or they become one. */
+typedef enum springls_film { SPRINGLS_FILM_PART, SPRINGLS_FILM_JOIN } springls_film;
+
+/* Returns what becomes of two bodies, and how near to each other they come before: *rupture_thickness, voxels, 0 to 0.9, is 0.06 when it is
+   called, the lower label first. Two that share a wall join at once, unless the thickness is 0. Called from several threads at once. */
+typedef springls_film (*springls_film_fn)(void *user, int32_t low, int32_t high, float *rupture_thickness);
+
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
     springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
@@ -1131,13 +1138,15 @@ typedef struct springls_tiling_step_desc {
     float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
                                         principal curvatures                                                          */
     springls_tension_fn tension_of;  /* the factor of each wall; NULL: 1                                             */
+    springls_film_fn film;           /* what becomes of bodies that come near each other, where sheets are drawn together; NULL: they
+                                        share a wall                                                                  */
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
-                                        velocity alone, which moves both alike, else after every step                 */
+                                        velocity, or tension, alone, which moves both alike, else after every step    */
 } springls_tiling_step_desc;
 
 /* Returns a description without forces, with max_displacement = 2. */
@@ -1148,6 +1157,13 @@ typedef struct springls_tiling_report {
     const int32_t *vanished;         /* labels of bodies that are gone, ascending: no voxel has had their label any more. The
                                         tiling's, until the next step                                                */
     int vanished_count;
+    const int32_t *met, *parted;     /* 2 labels a pair, the lower first, label 0 left out: bodies that share a wall now, and did not
+                                        when sheets were last looked at, and those that do no more: changes of neighbours (T1). Not
+                                        known, and so none, in the first look after a body has been set, added, joined or restored. The
+                                        tiling's, until the next step                                                */
+    int met_count, parted_count;     /* pairs                                                                        */
+    const int32_t *joined;           /* 2 labels a pair: of the body that two have become, and the one that is gone  */
+    int joined_count;
     int mirrored;                    /* springls that bodies have got from the other side of a wall, with its correspondence, which
                                         lies on the other body's original surface; attributes as in fills             */
     int faced;                       /* springls with a sheet before them                                            */
@@ -1161,6 +1177,12 @@ typedef struct springls_tiling_report {
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
+
+/* Makes one body, of the first label, of two that share a wall, which goes; springls elsewhere keep correspondences and attributes, on both
+   original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film joins
+   bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
+   as before. */
+SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other);
 
 /* Finds the label of `count` world points. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out);

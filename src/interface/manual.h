@@ -520,7 +520,10 @@
                     round and with its correspondence, which lies on the first body's original surface; attributes follow the
                     policy for fills
      half way       sheets that are more than 0.15 voxel apart, or have passed each other by that, meet half way
-     contact        bodies that grow into each other face each other from then on
+     contact        bodies that grow into each other face each other from then on; with film, before: what is between them, of label 0,
+                    breaks where it is as thin as the caller says for each pair
+     joining        bodies that share a wall become one where film says so, or by springls_tiling_join
+     neighbours     pairs that have come to share a wall, or do so no more, are reported: the T1 changes of a foam
      vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
      failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, about their size
 
@@ -536,7 +539,7 @@
    to nothing: from a label map after some 200 steps. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
-   Not there yet: backends, windows and combinations of whole tilings, and films that break.
+   Not there yet: backends, windows and combinations of whole tilings.
 
 
    A WORLD WITHOUT WALLS

@@ -31,6 +31,11 @@ typedef struct springls__tiling_body {
     int first;                 /* its springls begin there in arrays of all springls                                 */
 } springls__tiling_body;
 
+/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
+typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
+
+typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
+
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
     springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
@@ -38,6 +43,13 @@ struct springls_tiling {
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
     springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__pair_list next_pairs; /* neighbours after the step that runs                                          */
+    springls__buffer neighbors, next; /* bodies that share walls (neighbors_of_bodies.h): as of the last look, and of the step that runs */
+    int neighbor_count;
+    bool neighbors_known, has_next;
+    springls__buffer met, parted, joined, pairs; /* working memory: events, and all pairs that face each other        */
+    springls__buffer joins;    /* bodies that are to be one when the step has succeeded (join.h)                       */
+    int join_count;
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
@@ -104,6 +116,8 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->count = count;
     tiling->steps = 0;
     tiling->facing_known = false;
+    tiling->neighbors_known = false;
+    tiling->neighbor_count = 0;
     tiling->calm_steps = 0;
 }
 
@@ -215,6 +229,13 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
+    springls__buffer_free(host, &tiling->neighbors);
+    springls__buffer_free(host, &tiling->next);
+    springls__buffer_free(host, &tiling->met);
+    springls__buffer_free(host, &tiling->parted);
+    springls__buffer_free(host, &tiling->joined);
+    springls__buffer_free(host, &tiling->pairs);
+    springls__buffer_free(host, &tiling->joins);
     for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);

@@ -360,6 +360,7 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     tiling->body = body;
     tiling->count = n;
     tiling->facing_known = false;
+    tiling->neighbors_known = false;
     tiling->calm_steps = 0;
     return SPRINGLS_OK;
 }

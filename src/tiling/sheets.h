@@ -145,6 +145,7 @@ typedef struct springls__sheets_job {
     float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
     springls__v3 *shift;   /* NULL: they only look                                                                    */
     bool known;            /* facing is that of before                                                                */
+    const springls_tiling_step_desc *desc; /* whose films part; NULL: no step is made                                 */
 } springls__sheets_job;
 
 /* Returns how far a springl goes along its normal at a gap: half of what exceeds the dead band. Ever smaller ways, which would keep models
@@ -155,12 +156,31 @@ SPRINGLS__FN float springls__way_to_middle(float gap)
     return 0.5f * (gap - (gap > 0.0f ? SPRINGLS__WALL_SLACK : -SPRINGLS__WALL_SLACK));
 }
 
+/* Asks what becomes of the film between two bodies; *thickness: voxels. */
+SPRINGLS__FN springls_film springls__film_between(const springls_tiling_step_desc *desc, int32_t one, int32_t other, float *thickness)
+{
+    *thickness = SPRINGLS__WALL_TOUCH;
+    return desc && desc->film ? (desc->film)(desc->user, one < other ? one : other, one < other ? other : one, thickness)
+                              : SPRINGLS_FILM_PART;
+}
+
+/* Returns how near two bodies come before what is between them parts. */
+SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other)
+{
+    const int32_t own = job->tiling->body[job->own].label, label = job->tiling->body[other].label;
+    float thickness = SPRINGLS__WALL_TOUCH;
+    if (own > 0 && label > 0) springls__film_between(job->desc, own, label, &thickness);
+    return thickness;
+}
+
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place.
    - From label 0 it turns to a body that it touches. */
-SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, int faced, float *gap)
+SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
+    const springls_tiling *tiling = job->tiling;
+    const int own = job->own;
     const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
                        && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
     float d = 0.0f;
@@ -168,7 +188,7 @@ SPRINGLS__FN int springls__faced_by(const springls_tiling *tiling, int own, spri
     if (there && faced > 0) return faced;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
     if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
-    else if (faced == 0 && other >= 0 && d < SPRINGLS__WALL_TOUCH && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
+    else if (faced == 0 && other >= 0 && d < springls__touching(job, other) && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
@@ -185,7 +205,7 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
         int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
         float gap = FLT_MAX;
         if (faced == job->own) faced = -1;
-        faced = springls__faced_by(job->tiling, job->own, s->p, n, faced, &gap);
+        faced = springls__faced_by(job, s->p, n, faced, &gap);
         job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
         job->gap[begin] = gap;
         if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
@@ -193,7 +213,8 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
 }
 
 /* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
-SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, bool move)
+SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      bool move)
 {
     springls__sheets_job job;
     int springls, i;
@@ -201,6 +222,7 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->gap, (size_t)springls + 1, sizeof(float), 0));
     if (move) SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->shift, (size_t)springls + 1, sizeof(springls__v3), 0));
     job.tiling = tiling;
+    job.desc = desc;
     job.known = tiling->facing_known;
     for (i = 0; i < tiling->count; i++) {
         const springls__tiling_body *body = &tiling->body[i];
@@ -224,7 +246,7 @@ SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, cons
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     tiling->facing_known = false;
-    return springls__look_at_sheets(tiling, call, false);
+    return springls__look_at_sheets(tiling, call, NULL, false);
 }
 
 /* ---- half way ---- */
@@ -255,9 +277,9 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
 }
 
 /* Finds what all springls face, and draws the two sheets of each wall together. */
-SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call)
+SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
-    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, true));
+    SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, true));
     return springls__for_bodies(tiling, call, springls__shift_body, NULL);
 }
 

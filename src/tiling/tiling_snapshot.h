@@ -275,6 +275,8 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
+    tiling->neighbors_known = false;
+    tiling->neighbor_count = 0;
     tiling->calm_steps = 0;
 }
 

@@ -6,6 +6,7 @@
 #include "../output/restore.h"
 #include "../solver/step.h"
 #include "films.h"
+#include "join.h"
 #include "mirror.h"
 #include "sheets.h"
 #include "tiling_rest.h"
@@ -273,6 +274,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    springls__pair_list pairs;
     SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
@@ -281,15 +283,18 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     tiling->steps++;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__draw_sheets(tiling, call));
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
     springls__report_gaps(tiling, report);
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__list_pairs(tiling, &tiling->pairs, &pairs));
+    SPRINGLS__TRY(springls__find_changes(tiling, &pairs, report));
+    SPRINGLS__TRY(springls__prepare_joins(tiling, call, desc, &pairs));
+    return springls__report_joins(tiling, report);
 }
 
 /* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
 SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    const bool forces = springls__has_films(desc) || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    const bool forces = springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
     return !forces && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
 }
 
@@ -342,9 +347,13 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     if (status == SPRINGLS_OK) {
         springls__drop_vanished(tiling, count, report);
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
+        springls__take_neighbors(tiling);
+        springls__take_joins(tiling, desc);
         springls__note_rest(tiling, slept && count == tiling->count, report);
         return SPRINGLS_OK;
     }
+    springls__free_joins(tiling);
+    tiling->has_next = false;
     tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;

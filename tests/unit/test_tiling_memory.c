@@ -151,7 +151,7 @@ TEST bad_snapshots_are_refused(void)
 /* ---- memory that runs out ---- */
 
 enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
-       CALL_first_step, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract,
+       CALL_first_step, CALL_tiling_join, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract,
        CALL_tiling_snapshot, CALL_tiling_restore, CALLS };
 
 /* A block of bodies that tilings which are to be starved do not have, but for label 3. */
@@ -166,6 +166,14 @@ static void make_restored(void)
         && springls_tiling_add_implicit(tiling, 5, part_of_ball, &other) == SPRINGLS_OK)
         restored = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &restored_size);
     springls_tiling_destroy(tiling);
+}
+
+static springls_film all_join(void *user, int32_t low, int32_t high, float *rupture_thickness)
+{
+    (void)user;
+    (void)low;
+    *rupture_thickness = high == 70 ? 0.3f : 0.0f;
+    return SPRINGLS_FILM_JOIN;
 }
 
 static springls_status call_of(springls_tiling *tiling, int call)
@@ -188,10 +196,12 @@ static springls_status call_of(springls_tiling *tiling, int call)
     step.tension = 0.1f;
     step.held = &hold;
     step.held_count = call == CALL_first_step;
+    step.film = call == CALL_first_step ? all_join : NULL;
     switch (call) {
     case CALL_tiling_set_labels: three_labels(labels, BALL, 3.6f); return springls_tiling_set_labels(tiling, labels, 1);
     case CALL_tiling_add_implicit: return springls_tiling_add_implicit(tiling, 12, part_of_ball, &ball);
     case CALL_tiling_facing: return springls_tiling_facing(tiling, 3, labels);
+    case CALL_tiling_join: return springls_tiling_join(tiling, 70, 3);
     case CALL_first_step:
     case CALL_tiling_step: return springls_tiling_step(tiling, &step, NULL);
     case CALL_tiling_sample_labels: return springls_tiling_sample_labels(tiling, point, 1, labels);

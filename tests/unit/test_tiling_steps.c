@@ -122,6 +122,109 @@ TEST bodies_meet(void)
     PASS();
 }
 
+/* ---- films ---- */
+
+typedef struct rule { float speed; springls_film film; float thickness; } rule;
+
+static springls_film film_of(void *user, int32_t low, int32_t high, float *rupture_thickness)
+{
+    const rule *r = (const rule *)user;
+    if (low == 1 && high == 2) *rupture_thickness = r->thickness;
+    return r->film;
+}
+
+/* Two balls grow until they meet: when they are as near as the caller says they share a wall, which is reported once, or become one body,
+   of both volumes, without a sheet within. */
+TEST films_part_or_join(springls_film film, float thickness, int steps)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 3.5f, 0), second = part_at(18.9f, 13.6f, 13.3f, 3.5f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report;
+    springls_tiling_measures measures[2];
+    springls_context *body;
+    rule r;
+    double sum, point[3];
+    int i, k, met = 0, parted = 0, joined = 0, when = 0, within = 0;
+    r.speed = 0.2f;
+    r.film = film;
+    r.thickness = thickness;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    step.pressure = grow;
+    step.user = &r;
+    step.film = film_of;
+    step.dt = 1.0f;
+    for (i = 0; i < 20; i++) {
+        if (i == 15) r.speed = 0.0f; /* what is left of the film goes */
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        if (report.met_count) {
+            ASSERT(report.met[0] == 1 && report.met[1] == 2);
+            when = i;
+        }
+        if (report.joined_count) ASSERT(report.joined[0] == 1 && report.joined[1] == 2);
+        met += report.met_count;
+        parted += report.parted_count;
+        joined += report.joined_count;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  met %d in step %d, joined %d\n", met, when, joined);
+    ASSERT_EQ(1, met);
+    ASSERT_EQ(0, parted);
+    ASSERT_EQ(film == SPRINGLS_FILM_JOIN, joined);
+    ASSERT_EQ(steps, when);
+    ASSERT_EQ(joined ? 1 : 2, springls_tiling_count(tiling));
+    ASSERT_OK(springls_tiling_measure(tiling, measures));
+    sum = measures[0].volume + (joined ? 0.0 : measures[1].volume);
+    ASSERT_IN_RANGE(2.0 * 4.18879 * 274.625 - 54.98, sum, 0.03 * sum); /* two balls of 6.5 less their lens */
+    body = springls_tiling_body(tiling, 1);
+    for (i = 0; i < springls_count(body) && joined; i++) {
+        const springls_view view = springls_view_particles(body);
+        for (k = 0; k < 3; k++) point[k] = (double)*(const float *)(const void *)((const char *)view.data + (size_t)i * view.stride + 4u * (unsigned)k);
+        within += fabs(point[0] - 13.55) < 1.5 && (point[1] - 13.6) * (point[1] - 13.6) + (point[2] - 13.3) * (point[2] - 13.3) < 6.0;
+    }
+    ASSERT_EQ(0, within);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Two halves become the ball that they are parts of: that of label 0's model. */
+TEST halves_join(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_measures measures;
+    springls_measures outer;
+    springls_walls walls;
+    uint64_t before;
+    int i;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(NULL, 4, 9));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(tiling, 4, 9));
+    ASSERT_OK(set_two_halves(tiling, 7.0f));
+    before = springls_tiling_state_hash(tiling);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(tiling, 4, 4));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(tiling, 0, 4));
+    ASSERT(error_has(tiling, "no two bodies"));
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    step.velocity = swirl;
+    step.dt = 0.0625f;
+    for (i = 0; i < 8; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_join(tiling, 9, 4));
+    ASSERT_EQ(1, springls_tiling_count(tiling));
+    ASSERT_EQ(9, springls_tiling_label(tiling, 0));
+    for (i = 0; i < 24; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_measure(tiling, &measures));
+    ASSERT_OK(springls_measure(springls_tiling_body(tiling, 0), &outer));
+    if (GREATEST_IS_VERBOSE()) printf("  volume %.2f of %.2f, area %.2f of %.2f\n", measures.volume, outer.volume, measures.area, outer.area);
+    ASSERT_IN_RANGE(outer.volume, measures.volume, 0.003 * outer.volume);
+    ASSERT_IN_RANGE(outer.area, measures.area, 0.005 * outer.area);
+    ASSERT_IN_RANGE(4.0 * fixture_pi * 49.0, measures.area, 0.02 * 4.0 * fixture_pi * 49.0);
+    ASSERT_OK(springls_tiling_extract(tiling, &walls));
+    for (i = 0; i < walls.triangle_count; i++) ASSERT_EQ(9, walls.labels[2 * i] + walls.labels[2 * i + 1]);
+    springls_walls_free(tiling, &walls);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* ---- surface tension and volumes that are held ---- */
 
 static float stronger_inside(void *user, int32_t low, int32_t high)
@@ -645,6 +748,10 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     RUN_TEST(walls_stay_closed);
     RUN_TEST(bodies_meet);
+    RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.06f, 9);
+    RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.6f, 8);
+    RUN_TESTp(films_part_or_join, SPRINGLS_FILM_JOIN, 0.3f, 9);
+    RUN_TEST(halves_join);
     RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
     RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
     RUN_TESTp(tension_is_in_world_units, 1.0);
