@@ -54,6 +54,7 @@
 #include "tiling/tiling_snapshot.h"
 #include "tiling/tiling_step.h"
 #include "tiling/walls.h"
+#include "tiling/closest_wall.h"
 
 #if defined(SPRINGLS__FLOAT_CONTROL)
 #pragma float_control(pop)

@@ -1,7 +1,7 @@
 """springls - Spring Level Sets for Python: deformable surfaces that are mesh, tracked points and level set at once.
 
 A module of one file on cffi and numpy. `make python` puts it into build/python beside libspringls.so and springls.h, whose
-declarations it reads: what a function does is described there. One class, Model, holds a surface:
+declarations it reads: what a function does is described there. A Model holds a surface, a Tiling many that touch:
 
 >>> import numpy as np, springls
 >>> model = springls.Model((32, 32, 32))
@@ -22,7 +22,7 @@ from types import SimpleNamespace
 import cffi
 import numpy as np
 
-__all__ = ['Model', 'Error', 'interpolate_material', 'params', 'version']
+__all__ = ['Model', 'Tiling', 'Error', 'interpolate_material', 'params', 'version']
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
 _ffi = cffi.FFI()
@@ -121,6 +121,9 @@ _MATERIAL = np.dtype([('triangle', 'i4'), ('barycentric', 'f4', 3)])
 _PLACE = np.dtype([('place', 'f4', 3), ('error', 'f4'), ('springl', 'i4'), ('id', 'u4')])
 _PROVENANCE = np.dtype([('kind', 'i4'), ('age', 'i4'), ('generation', 'u4'), ('parent', 'u4')])
 _ERRORS = np.dtype([('place', 'f4'), ('correspondence', 'f4')])
+_HOLD = np.dtype([('label', 'i4'), ('target', 'f8'), ('volume', 'f8'), ('pressure', 'f8'), ('drift', 'f8')], align=True)
+_WALL_HIT = np.dtype([('point', 'f4', 3), ('distance', 'f4'), ('labels', 'i4', 2)])
+_BODY_MEASURES = np.dtype([('label', 'i4'), ('springls', 'i4'), ('voxels', 'i8'), ('volume', 'f8'), ('area', 'f8')])
 
 
 def interpolate_material(materials, values, triangles=None):
@@ -138,6 +141,40 @@ def interpolate_material(materials, values, triangles=None):
     return out
 
 
+def _describe(size, spacing, origin, direction, affine, params, members):
+    """Returns a springls_desc, the size of its grid, and what it borrows."""
+    if affine is not None:
+        affine = _array(affine, float, (4, 4), name='affine')
+        spacing = np.linalg.norm(affine[:3, :3], axis=0)
+        direction, origin = affine[:3, :3] / spacing, affine[:3, 3]
+    desc, size = _ffi.new('springls_desc *'), tuple(operator.index(n) for n in size)
+    desc.grid.size = size
+    desc.grid.spacing = np.broadcast_to(spacing, 3).tolist()
+    desc.grid.origin = np.broadcast_to(origin, 3).tolist()
+    desc.grid.direction = np.zeros(9).tolist() if direction is None else np.ravel(direction).tolist()
+    desc.params = chosen = _ffi.new('springls_params *', params or _lib.springls_default_params())
+    _fill(chosen, members)
+    desc.tasks = _lib.springls_threads_tasks(_threads)
+    return desc, size, chosen
+
+
+def _create(desc, kind, create, destroy):
+    """Creates a model or a tiling; returns it, and its logger, which the library calls as long as it lives."""
+    reasons = []
+
+    @_ffi.callback('void(void *, int, const char *)')
+    def log(_, level, message):
+        if level == 1:
+            reasons.append(_ffi.string(message).decode())
+
+    desc.logger.log = log
+    out = _ffi.new(kind)
+    status = create(desc, out)
+    if status != _lib.SPRINGLS_OK:
+        raise Error(status, reasons[-1] if reasons else _ffi.string(_lib.springls_status_string(status)).decode())
+    return _ffi.gc(out[0], destroy), log
+
+
 class Model:
     """A deformable surface on a grid of `size` voxels.
 
@@ -152,39 +189,13 @@ class Model:
     """
 
     def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, follow=False, params=None, progress=None, **members):
-        if affine is not None:
-            affine = _array(affine, float, (4, 4), name='affine')
-            spacing = np.linalg.norm(affine[:3, :3], axis=0)
-            direction, origin = affine[:3, :3] / spacing, affine[:3, 3]
-        self.size = tuple(operator.index(n) for n in size)
-        desc = _ffi.new('springls_desc *')
-        desc.grid.size = self.size
-        desc.grid.spacing = np.broadcast_to(spacing, 3).tolist()
-        desc.grid.origin = np.broadcast_to(origin, 3).tolist()
-        desc.grid.direction = np.zeros(9).tolist() if direction is None else np.ravel(direction).tolist()
-        desc.follow = bool(follow)
-        chosen = _ffi.new('springls_params *', params or _lib.springls_default_params())
-        _fill(chosen, members)
-        desc.params = chosen
-        desc.tasks = _lib.springls_threads_tasks(_threads)
-        reasons = []
-
-        @_ffi.callback('void(void *, int, const char *)')
-        def log(_, level, message):
-            if level == 1:
-                reasons.append(_ffi.string(message).decode())
-
-        desc.logger.log = log
         self._busy = False
+        desc, self.size, self._kept = _describe(size, spacing, origin, direction, affine, params, members)
+        desc.follow = bool(follow)
         if progress:
             self._report = desc.progress.report = _ffi.callback('int(void *, float)', lambda _, fraction: bool(progress(fraction)),
                                                                 error=1)
-        self._log = log   # the library calls `log` as long as the context lives
-        out = _ffi.new('springls_context **')
-        status = _lib.springls_create(desc, out)
-        if status != _lib.SPRINGLS_OK:
-            raise Error(status, reasons[-1] if reasons else _ffi.string(_lib.springls_status_string(status)).decode())
-        self._handle = _ffi.gc(out[0], _lib.springls_destroy)
+        self._handle, self._log = _create(desc, 'springls_context **', _lib.springls_create, _lib.springls_destroy)
 
     @property
     def _ctx(self):
@@ -795,6 +806,218 @@ class Model:
         self._check(_lib.springls_restore(self._ctx, _ffi.from_buffer(snapshot), len(snapshot)))
 
 
+class _Body(Model):
+    """A model that belongs to a tiling."""
+
+    def __init__(self, tiling, label):
+        self.size, self._busy, self._tiling, self._label = tiling.size, False, tiling, label
+
+    @property
+    def _handle(self):
+        context = _lib.springls_tiling_body(self._tiling._ctx, self._label)
+        if context == _ffi.NULL:
+            raise KeyError(self._label)
+        return context
+
+
+class Tiling:
+    """Holds bodies that fill a space without gap or overlap, each under a label from 1 to 65,535; label 0 is what is around them.
+
+    The arguments are those of Model. Each body is a Model: `tiling.body(label)`.
+
+    >>> labels = np.zeros((32, 32, 32), 'i4'); labels[8:16, 8:24, 8:24] = 3; labels[16:24, 8:24, 8:24] = 7
+    >>> tiling = Tiling(labels.shape)
+    >>> tiling.set_labels(labels, smooth=2)
+    >>> tiling.labels, bool((tiling.copy_labels() == labels).all())
+    ([3, 7], True)
+    >>> walls = tiling.extract()
+    >>> sorted(set(map(tuple, walls.labels.tolist())))[:3]
+    [(0, 3), (0, 7), (3, 0)]
+    >>> tiling.closest_wall([(15, 16, 16)]).labels.tolist()
+    [[3, 7]]
+    >>> tiling.sample_labels([(12, 16, 16), (2, 2, 2)]).tolist()
+    [3, 0]
+    """
+
+    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, params=None, **members):
+        self._busy = False
+        desc, self.size, self._kept = _describe(size, spacing, origin, direction, affine, params, members)
+        self._handle, self._log = _create(desc, 'springls_tiling **', _lib.springls_tiling_create, _lib.springls_tiling_destroy)
+
+    @property
+    def _ctx(self):
+        if self._busy:
+            raise RuntimeError('a function that the tiling calls cannot use the tiling')
+        return self._handle
+
+    def _check(self, status):
+        if status != _lib.SPRINGLS_OK:
+            raise Error(status, _ffi.string(_lib.springls_tiling_last_error(self._ctx)).decode())
+
+    def set_labels(self, labels, smooth=0):
+        """Replaces all bodies by those of a label map (nx, ny, nz); smooth: passes of a filter, every voxel keeps its label."""
+        labels = _array(labels, 'i4', self.size, 'F', 'labels')
+        self._check(_lib.springls_tiling_set_labels(self._ctx, _pointer(labels, 'int32_t[]'), smooth))
+
+    def add_implicit(self, label, distance):
+        """Adds the body where a function of points (n, 3) in world units is negative, a signed distance."""
+        with _Calls(self) as calls:
+            evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (),
+                                  lambda u, x, n, out: ((_points(x, n),), n, out))
+            status = _lib.springls_tiling_add_implicit(calls.context, label, evaluate, _ffi.NULL)
+        self._check(status)
+
+    def add_mesh(self, label, positions, triangles):
+        """Adds the body that a triangle mesh bounds, and returns what was found in it, a springls_mesh_report."""
+        positions = _array(positions, 'f4', (-1, 3), name='positions')
+        triangles = _array(triangles, 'i4', (-1, 3), name='triangles')
+        report = _ffi.new('springls_mesh_report *')
+        self._check(_lib.springls_tiling_add_mesh(self._ctx, label, _pointer(positions), len(positions), 0,
+                                                  _pointer(triangles, 'int[]'), len(triangles), report))
+        return report
+
+    @property
+    def labels(self):
+        """The labels of the bodies, ascending."""
+        return [_lib.springls_tiling_label(self._ctx, i) for i in range(_lib.springls_tiling_count(self._ctx))]
+
+    def body(self, label):
+        """Returns the model of a label, 0: that of all bodies together. KeyError, now or later: there is none."""
+        body = _Body(self, label)
+        return body if body._handle else None
+
+    def facing(self, label):
+        """Finds the label that each springl of a body faces; -1: not known."""
+        out = np.empty(self.body(label).count, 'i4')
+        self._check(_lib.springls_tiling_facing(self._ctx, label, _pointer(out, 'int32_t[]')))
+        return out
+
+    def step(self, dt=0, velocity=None, pressure=None, tension_of=None, film=None, held=None, integrator='rk4', **members):
+        """Moves all bodies for a time `dt`; 0: walls settle. Returns what the step did.
+
+        velocity(points, time, label, facing) -> (n, 3), pressure(points, normals, time, label, facing) -> (n,): of springls of one
+        label, which face `facing` (n,); places in voxels. tension: surface tension; tension_of(low, high): its factor between two
+        labels. film(low, high) -> ('part' or 'join', thickness in voxels): what becomes of two that come near each other. held: the
+        array of `hold`, whose volumes are held. Other keywords: members of springls_tiling_step_desc.
+
+        >>> tiling = Tiling((32, 32, 32))
+        >>> def half(side): return lambda x: np.maximum(np.linalg.norm(x - 16, axis=1) - 8, side * (x[:, 0] - 16))
+        >>> tiling.add_implicit(1, half(1)); tiling.add_implicit(2, half(-1))
+        >>> held = tiling.hold(1, 2)
+        >>> for _ in range(9): report = tiling.step(dt=0.5, tension=1, held=held, integrator='euler')
+        >>> bool(abs(held['volume'] / held['target'] - 1).max() < 0.01), report.joined
+        (True, [])
+        >>> report = tiling.step(film=lambda low, high: ('join', 0.5), wall_period=1)
+        >>> report.joined, tiling.labels
+        ([(1, 2)], [1])
+        """
+        desc = _ffi.new('springls_tiling_step_desc *', _lib.springls_default_tiling_step_desc())
+        report = _ffi.new('springls_tiling_report *')
+        with _Calls(self) as calls:
+            if velocity:
+                desc.velocity = calls.wrap('springls_tiling_fn', velocity, (3,), lambda u, b, out: (
+                    (_points(b.batch.points, b.batch.count), b.batch.time, b.label, _view(b.facing, b.batch.count, 'i4')),
+                    b.batch.count, out))
+            if pressure:
+                desc.pressure = calls.wrap('springls_tiling_fn', pressure, (), lambda u, b, out: (
+                    (_points(b.batch.points, b.batch.count), _points(b.batch.normals, b.batch.count), b.batch.time, b.label,
+                     _view(b.facing, b.batch.count, 'i4')), b.batch.count, out))
+            if tension_of:
+                desc.tension_of = calls.plain('springls_tension_fn', lambda u, low, high: tension_of(low, high), np.nan)
+            if film:
+                def film_of(u, low, high, thickness):
+                    kind, thickness[0] = film(low, high)
+                    return _constant('FILM', kind)
+                desc.film = calls.plain('springls_film_fn', film_of, -1)
+            if held is not None:
+                held = np.asarray(held)
+                if held.dtype != _HOLD or held.ndim != 1 or not held.flags.c_contiguous or not held.flags.writeable:
+                    raise ValueError('held is no array of Tiling.hold')
+                desc.held, desc.held_count = calls.keep(_ffi.from_buffer('springls_tiling_hold[]', held), held), len(held)
+            _fill(desc, dict(members, dt=dt, integrator=_constant('INTEGRATOR', integrator)))
+            status = _lib.springls_tiling_step(calls.context, desc, report)
+        self._check(status)
+
+        def pairs(pointer, count):
+            return [tuple(pair) for pair in _view(pointer, count, 'i4', (2,)).tolist()]
+        return SimpleNamespace(vanished=_view(report.vanished, report.vanished_count, 'i4').tolist(),
+                               met=pairs(report.met, report.met_count), parted=pairs(report.parted, report.parted_count),
+                               joined=pairs(report.joined, report.joined_count),
+                               **{name: getattr(report, name) for name in ('mirrored', 'faced', 'mean_gap', 'rms_gap', 'largest_gap')})
+
+    @staticmethod
+    def hold(*labels):
+        """Returns an array for `step`, one entry a label: target (0: the volume at the next step), volume, pressure, drift."""
+        held = np.zeros(len(labels), _HOLD)
+        held['label'] = labels
+        return held
+
+    def join(self, label, other):
+        """Makes one body, of the first label, of two that share a wall."""
+        self._check(_lib.springls_tiling_join(self._ctx, label, other))
+
+    def _sample(self, function, points, dtype, kind):
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty(len(points), dtype)
+        self._check(function(self._ctx, _pointer(points), len(points), _ffi.from_buffer(kind, out)))
+        return out
+
+    def sample_labels(self, points):
+        """Finds the labels of world points."""
+        return self._sample(_lib.springls_tiling_sample_labels, points, 'i4', 'int32_t[]')
+
+    def closest_wall(self, points):
+        """Finds the closest place of any wall to world points: point, distance, and the two labels of that wall."""
+        hits = self._sample(_lib.springls_tiling_closest_wall, points, _WALL_HIT, 'springls_wall_hit[]')
+        return SimpleNamespace(**{name: hits[name].copy() for name in _WALL_HIT.names})
+
+    def copy_labels(self):
+        """Returns the label of every voxel (nx, ny, nz)."""
+        labels = np.empty(self.size, 'i4', 'F')
+        self._check(_lib.springls_tiling_copy_labels(self._ctx, _pointer(labels, 'int32_t[]')))
+        return labels
+
+    def measure(self):
+        """Returns an array with label, springls, voxels, volume and area of each body."""
+        out = np.zeros(len(self.labels), _BODY_MEASURES)
+        self._check(_lib.springls_tiling_measure(self._ctx, _ffi.from_buffer('springls_tiling_measures[]', out)))
+        return out
+
+    def extract(self):
+        """Returns all walls as one mesh: positions, triangles, two labels a triangle, edges where three or more meet, corners."""
+        walls = _ffi.new('springls_walls *')
+        self._check(_lib.springls_tiling_extract(self._ctx, walls))
+        out = SimpleNamespace(positions=_points(walls.positions, walls.vertex_count).copy(),
+                              triangles=_view(walls.triangles, walls.triangle_count, 'i4', (3,)).copy(),
+                              labels=_view(walls.labels, walls.triangle_count, 'i4', (2,)).copy(),
+                              edges=_view(walls.edges, walls.edge_count, 'i4', (2,)).copy(),
+                              corners=_view(walls.corners, walls.corner_count, 'i4').copy())
+        _lib.springls_walls_free(self._ctx, walls)
+        return out
+
+    def snapshot(self):
+        """Returns all bodies as bytes, for `restore`."""
+        size, kind = _ffi.new('size_t *'), _lib.SPRINGLS_SNAPSHOT_KIND_ALL
+        self._check(_lib.springls_tiling_snapshot(self._ctx, kind, _ffi.NULL, 0, size))
+        block = bytearray(size[0])
+        self._check(_lib.springls_tiling_snapshot(self._ctx, kind, _ffi.from_buffer(block), len(block), size))
+        return bytes(block)
+
+    def restore(self, snapshot):
+        """Replaces all bodies by those of a snapshot."""
+        self._check(_lib.springls_tiling_restore(self._ctx, _ffi.from_buffer(snapshot), len(snapshot)))
+
+    @property
+    def state_hash(self):
+        """A hash of all bodies."""
+        return _lib.springls_tiling_state_hash(self._ctx)
+
+    @property
+    def memory_used(self):
+        """Bytes that the tiling holds."""
+        return _lib.springls_tiling_memory_used(self._ctx)
+
+
 def _without(names, *left_out):
     return {name: value for name, value in names.items() if name not in left_out}
 
@@ -836,5 +1059,16 @@ class _Calls:
             except BaseException as error:
                 self.error = self.error or error
                 rows[...] = np.nan
+        callback = _ffi.callback(kind, called)
+        return self.keep(callback, callback)
+
+    def plain(self, kind, function, failed):
+        """Makes a C function of one that takes and returns numbers; `failed` is what it returns where the function fails."""
+        def called(*given):
+            try:
+                return function(*given)
+            except BaseException as error:
+                self.error = self.error or error
+                return failed
         callback = _ffi.callback(kind, called)
         return self.keep(callback, callback)

@@ -1079,6 +1079,12 @@ SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling,
    bodies may touch. EMPTY_MODEL, NON_FINITE: as springls_set_implicit. After a failure the tiling is as before. */
 SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user);
 
+/* Adds the body that a triangle mesh bounds, as springls_set_mesh makes it; report: may be NULL. As springls_tiling_add_implicit;
+   BAD_MESH, NON_FINITE: as springls_set_mesh. */
+SPRINGLS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
+                                                      size_t stride, const int *triangles, int triangle_count,
+                                                      springls_mesh_report *report);
+
 /* Returns how many bodies there are, without label 0. */
 SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling);
 
@@ -1221,6 +1227,16 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+
+/* Holds the closest place of a wall to a point, world coordinates and units. */
+typedef struct springls_wall_hit {
+    float point[3], distance;               /* FLT_MAX: there is no wall                                             */
+    int32_t labels[2];                      /* of the wall there, the lower one first; -1: there is none             */
+} springls_wall_hit;
+
+/* Finds the closest place of any wall to `count` world points. It makes the mesh of all walls (springls_tiling_extract), whose places they
+   are, and a hierarchy of its triangles: call it once for many points. Failures: as springls_tiling_extract; NON_FINITE: a point. */
+SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out);
 
 /* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
    springls_desc.grid that restores it continues with the same bits, but for springls_tiling_hold, which the caller keeps. kind: as for

@@ -506,13 +506,16 @@
 
    springls_tiling holds bodies that fill a space without gap or overlap, such as cells, organs of an atlas or bubbles. Each has a label,
    and label 0 is what is around them. Set them by a label map (springls_tiling_set_labels), or one by one
-   (springls_tiling_add_implicit).
+   (springls_tiling_add_implicit, _add_mesh).
 
      each body      is an ordinary model, springls_tiling_body(tiling, label): springls, correspondences, attributes, meshes. Label 0's
                     is that of all bodies together, whose outside is label 0
      a place        has the label of the body whose signed distance is lowest there, so exactly one: springls_tiling_sample_labels
      a wall         is two sheets of springls, one of each body. Every springl faces a label, which callbacks get beside its own
-     all walls      as one mesh, two labels a triangle, with the edges where three or more meet: springls_tiling_extract
+     all walls      as one mesh, two labels a triangle, with the edges where three or more meet: springls_tiling_extract. The closest
+                    place of a wall to a point: springls_tiling_closest_wall
+     attributes     are each body's own, added to springls_tiling_body(tiling, label): they follow its springls, springls that come from
+                    the other side of a wall get them as fills do, and bodies that join keep those of the same names
 
    springls_tiling_step moves each body by itself, and then sees to the walls:
 

@@ -7,6 +7,7 @@
 #define SPRINGLS__TILING_SET_LABELS_H
 
 #include "../input/set_level_set.h"
+#include "../input/set_mesh.h"
 #include "../tools/combine.h"
 #include "bodies.h"
 
@@ -298,16 +299,31 @@ SPRINGLS__FN bool springls__reaches_border(const springls_context *ctx)
     return false;
 }
 
+/* What a new body is: a call's name, its label, and a function or a mesh. */
+typedef struct springls__new_body {
+    const char *call;
+    int32_t label;
+    springls_implicit_fn fn; /* NULL: the mesh                                                                        */
+    void *user;
+    const float *positions;
+    const int *triangles;
+    int position_count, triangle_count;
+    size_t stride;
+    springls_mesh_report *report;
+} springls__new_body;
+
 /* Makes the model of a new body, and checks where it is. */
-SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user,
-                                                 springls__tiling_body *body)
+SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, const springls__new_body *given, springls__tiling_body *body)
 {
-    const char *call = "tiling_add_implicit";
+    const char *call = given->call;
+    const int32_t label = given->label;
     springls_status status;
     int32_t other;
     int i;
     SPRINGLS__TRY(springls__body_create(tiling, call, label, body));
-    status = springls_set_implicit(body->ctx, fn, user);
+    if (given->fn) status = springls_set_implicit(body->ctx, given->fn, given->user);
+    else status = springls_set_mesh(body->ctx, given->positions, given->position_count, given->stride, given->triangles,
+                                    given->triangle_count, given->report);
     if (status == SPRINGLS_OK) status = springls__make_facing(body);
     if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
     if (tiling->count) springls_set_time(body->ctx, springls_time(tiling->body[0].ctx));
@@ -323,9 +339,9 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, int32_
 }
 
 /* Makes the model of all bodies together with one more. */
-SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const springls__tiling_body *added, springls__tiling_body *outer)
+SPRINGLS__FN springls_status springls__make_outer(springls_tiling *tiling, const char *call, const springls__tiling_body *added,
+                                                  springls__tiling_body *outer)
 {
-    const char *call = "tiling_add_implicit";
     const bool alone = springls_tiling_count(tiling) == 0;
     springls_status status;
     if (!alone && springls_count(tiling->body[0].ctx) == 0)
@@ -365,26 +381,56 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+/* Adds a body under a new label. */
+SPRINGLS__FN springls_status springls__add_body(springls_tiling *tiling, const springls__new_body *given)
 {
     springls__tiling_body added, outer;
     springls_status status;
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    if (!fn) return springls__fail_null(tiling->host, "tiling_add_implicit", "the function");
-    if (label < 1 || label > SPRINGLS__LARGEST_LABEL)
-        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_add_implicit: the label is %ld: it may be 1 to %d",
-                              (long)label, (int)SPRINGLS__LARGEST_LABEL);
-    if (springls__body_number(tiling, label) >= 0)
-        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_add_implicit: there is a body of label %d", (int)label);
+    if (given->label < 1 || given->label > SPRINGLS__LARGEST_LABEL)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: the label is %ld: it may be 1 to %d", given->call,
+                              (long)given->label, (int)SPRINGLS__LARGEST_LABEL);
+    if (springls__body_number(tiling, given->label) >= 0)
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: there is a body of label %d", given->call, (int)given->label);
     memset(&added, 0, sizeof added);
     memset(&outer, 0, sizeof outer);
-    status = springls__make_body(tiling, label, fn, user, &added);
-    if (status == SPRINGLS_OK) status = springls__make_outer(tiling, &added, &outer);
+    status = springls__make_body(tiling, given, &added);
+    if (status == SPRINGLS_OK) status = springls__make_outer(tiling, given->call, &added, &outer);
     if (status == SPRINGLS_OK) status = springls__insert_body(tiling, &outer, &added);
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     springls__body_free(&added);
     springls__body_free(&outer);
     return status;
+}
+
+SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+{
+    springls__new_body given;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!fn) return springls__fail_null(tiling->host, "tiling_add_implicit", "the function");
+    memset(&given, 0, sizeof given);
+    given.call = "tiling_add_implicit";
+    given.label = label;
+    given.fn = fn;
+    given.user = user;
+    return springls__add_body(tiling, &given);
+}
+
+SPRINGLS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
+                                                      size_t stride, const int *triangles, int triangle_count,
+                                                      springls_mesh_report *report)
+{
+    springls__new_body given;
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    memset(&given, 0, sizeof given);
+    given.call = "tiling_add_mesh";
+    given.label = label;
+    given.positions = positions;
+    given.position_count = position_count;
+    given.stride = stride;
+    given.triangles = triangles;
+    given.triangle_count = triangle_count;
+    given.report = report;
+    return springls__add_body(tiling, &given);
 }
 
 #endif

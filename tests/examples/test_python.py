@@ -167,11 +167,6 @@ class Right(unittest.TestCase):
                                   'attribute_count',
             'of the C program': 'kernel_source fp_contract_detected pack_matrix stage_name',
             'inside step': 'advect max_speed',
-            'models in one space have no class in the module yet':
-                'tiling_add_implicit tiling_body tiling_copy_labels tiling_count tiling_create tiling_destroy '
-                'tiling_extract tiling_facing tiling_label tiling_last_error tiling_measure tiling_memory_used '
-                'tiling_restore tiling_sample_labels tiling_set_labels tiling_snapshot tiling_state_hash tiling_step walls_free '
-                'default_tiling_step_desc',
             'read by other calls': 'generations material_triangle_count corner_materials find_seams',
         }
         with open(os.path.join(HERE, 'springls.h'), encoding='utf-8') as file:
@@ -183,6 +178,47 @@ class Right(unittest.TestCase):
         self.assertGreater(len(calls), 100)
         self.assertEqual(calls - used - named, set())
         self.assertEqual(named - calls, set())
+
+    def test_bodies_of_a_tiling(self):
+        def half(side):
+            return lambda x: np.maximum(np.linalg.norm(x - 12, axis=1) - 7, side * (x[:, 0] - 12.3))
+        tiling = springls.Tiling((24, 24, 24))
+        tiling.add_implicit(4, half(1))
+        cube = [(x, y, z) for z in (13.5, 20) for y in (2.5, 4.6) for x in (2.5, 9)]
+        tiling.add_implicit(9, half(-1))
+        quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+        self.assertTrue(tiling.add_mesh(12, cube, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]).closed)
+        self.assertEqual(tiling.labels, [4, 9, 12])
+        body = tiling.body(4)
+        body.add_attribute('warmth', np.arange(body.count), policy='copy')
+        self.assertEqual(body.attribute('warmth').shape[0], body.count)
+        saved, before, asked = tiling.snapshot(), tiling.state_hash, set()
+
+        def flow(points, time, label, facing):
+            asked.add((label, facing.shape == (len(points),)))
+            return np.full_like(points, (0.25, 0, 0))
+        report = tiling.step(dt=1, velocity=flow, wall_period=1)
+        self.assertEqual(asked, {(0, True), (4, True), (9, True), (12, True)})
+        self.assertGreater(report.faced, 50)
+        self.assertTrue(np.isin(tiling.facing(4), (0, 9)).all())
+        hit = tiling.closest_wall([(12, 12, 12)])
+        self.assertEqual(hit.labels.tolist(), [[4, 9]])
+        self.assertAlmostEqual(hit.distance[0], 0.55, delta=0.03)
+        self.assertEqual(tiling.measure()['label'].tolist(), [4, 9, 12])
+        tiling.restore(saved)
+        self.assertEqual(tiling.state_hash, before)
+        with self.assertRaises(ZeroDivisionError):
+            tiling.step(dt=1, tension=1, tension_of=lambda low, high: 1 / 0)
+        self.assertEqual(tiling.state_hash, before)
+        with self.assertRaises(springls.Error) as caught:
+            tiling.join(4, 12)
+        self.assertEqual(caught.exception.status, 'SPRINGLS_INVALID_ARGUMENT')
+        tiling.join(4, 9)
+        self.assertEqual(tiling.labels, [4, 12])
+        self.assertEqual(body.count, tiling.body(4).count)
+        with self.assertRaises(KeyError):
+            tiling.body(9)
+        self.assertGreater(tiling.memory_used, 1000)
 
     def test_tools(self):
         model = ball()

@@ -266,6 +266,61 @@ TEST walls_close_beside_the_border(void)
     PASS();
 }
 
+/* ---- meshes, and the closest wall ---- */
+
+/* The corners of a box, and its triangles. */
+static springls_status add_box(springls_tiling *tiling, int32_t label, float lower, float upper, springls_mesh_report *report)
+{
+    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    float corner[24];
+    int i;
+    for (i = 0; i < 8; i++) {
+        corner[3 * i] = i & 1 ? upper : lower;
+        corner[3 * i + 1] = i & 2 ? 20.3f : 6.7f;
+        corner[3 * i + 2] = i & 4 ? 19.6f : 7.2f;
+    }
+    return springls_tiling_add_mesh(tiling, label, corner, 8, 0, triangles, 12, report);
+}
+
+/* Boxes that are meshes share a wall; the closest wall to a point, its labels and distance are those of the boxes. */
+TEST walls_are_found(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_mesh_report report;
+    springls_wall_hit hit[4];
+    const float points[12] = { 13.9f, 13.0f, 13.0f, 8.0f, 12.0f, 14.0f, 24.0f, 12.5f, 13.0f, 17.0f, 12.0f, 1.0f };
+    const float distance[4] = { 0.6f, 1.5f, 2.2f, 6.2f }, at[4] = { 13.3f, 6.5f, 21.8f, 7.2f };
+    static const int axis[4] = { 0, 0, 0, 2 };
+    static const int32_t low[4] = { 5, 0, 0, 0 }, high[4] = { 8, 5, 8, 8 };
+    uint64_t before;
+    int i, bad[3] = { 0, 1, 9 };
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_mesh(NULL, 5, points, 4, 0, bad, 1, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_add_mesh(tiling, 5, NULL, 4, 0, bad, 1, NULL));
+    ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_tiling_add_mesh(tiling, 5, points, 4, 0, bad, 1, NULL));
+    ASSERT(error_has(tiling, "tiling_add_mesh: label 5"));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_closest_wall(tiling, points, 4, hit));
+    ASSERT_OK(add_box(tiling, 5, 6.5f, 13.3f, &report));
+    ASSERT(report.closed && report.springls > 100);
+    ASSERT_OK(add_box(tiling, 8, 13.3f, 21.8f, NULL));
+    before = springls_tiling_state_hash(tiling);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, add_box(tiling, 8, 13.3f, 21.8f, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, add_box(tiling, 9, 15.3f, 18.8f, NULL));
+    ASSERT(error_has(tiling, "label 9 would be where label 8 is"));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_closest_wall(NULL, points, 4, hit));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_closest_wall(tiling, points, 4, NULL));
+    ASSERT_OK(springls_tiling_closest_wall(tiling, points, 4, hit));
+    for (i = 0; i < 4; i++) {
+        if (GREATEST_IS_VERBOSE()) printf("  %.3f at %.3f, labels %d %d\n", hit[i].distance, hit[i].point[axis[i]], hit[i].labels[0], hit[i].labels[1]);
+        ASSERT_EQ(low[i], hit[i].labels[0]);
+        ASSERT_EQ(high[i], hit[i].labels[1]);
+        ASSERT_IN_RANGE(distance[i], hit[i].distance, 0.05f);
+        ASSERT_IN_RANGE(at[i], hit[i].point[axis[i]], 0.05f);
+    }
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* ---- refusals ---- */
 
 TEST wrong_inputs_are_refused(void)
@@ -420,6 +475,7 @@ int main(int argc, char **argv)
     RUN_TESTp(walls_do_not_cross, 0, 3);
     RUN_TESTp(walls_do_not_cross, 1, 3);
     RUN_TEST(walls_close_beside_the_border);
+    RUN_TEST(walls_are_found);
     RUN_TEST(wrong_inputs_are_refused);
     RUN_TEST(large_grids_are_refused);
     RUN_TEST(wrong_calls_are_refused);

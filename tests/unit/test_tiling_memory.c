@@ -150,9 +150,9 @@ TEST bad_snapshots_are_refused(void)
 
 /* ---- memory that runs out ---- */
 
-enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_facing, CALL_tiling_step,
+enum { CALL_tiling_create, CALL_tiling_set_labels, CALL_tiling_add_implicit, CALL_tiling_add_mesh, CALL_tiling_facing, CALL_tiling_step,
        CALL_first_step, CALL_tiling_join, CALL_tiling_sample_labels, CALL_tiling_copy_labels, CALL_tiling_measure, CALL_tiling_extract,
-       CALL_tiling_snapshot, CALL_tiling_restore, CALLS };
+       CALL_tiling_closest_wall,       CALL_tiling_snapshot, CALL_tiling_restore, CALLS };
 
 /* A block of bodies that tilings which are to be starved do not have, but for label 3. */
 static char *restored;
@@ -185,7 +185,10 @@ static springls_status call_of(springls_tiling *tiling, int call)
     springls_status status;
     float point[3] = { 12.0f, 12.0f, 12.0f };
     part ball = part_at(18.9f, 18.7f, 18.8f, 2.5f, 0);
+    static const float corners[12] = { 16.0f, 16.0f, 16.0f, 21.0f, 16.0f, 16.0f, 16.0f, 21.0f, 16.0f, 16.0f, 16.0f, 21.0f };
+    static const int faces[12] = { 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3 };
     springls_tiling_hold hold;
+    springls_wall_hit hit;
     char *block;
     size_t size;
     memset(&hold, 0, sizeof hold);
@@ -200,6 +203,8 @@ static springls_status call_of(springls_tiling *tiling, int call)
     switch (call) {
     case CALL_tiling_set_labels: three_labels(labels, BALL, 3.6f); return springls_tiling_set_labels(tiling, labels, 1);
     case CALL_tiling_add_implicit: return springls_tiling_add_implicit(tiling, 12, part_of_ball, &ball);
+    case CALL_tiling_add_mesh: return springls_tiling_add_mesh(tiling, 12, corners, 4, 0, faces, 4, NULL);
+    case CALL_tiling_closest_wall: return springls_tiling_closest_wall(tiling, point, 1, &hit);
     case CALL_tiling_facing: return springls_tiling_facing(tiling, 3, labels);
     case CALL_tiling_join: return springls_tiling_join(tiling, 70, 3);
     case CALL_first_step:

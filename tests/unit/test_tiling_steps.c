@@ -195,8 +195,10 @@ TEST halves_join(void)
     springls_tiling_measures measures;
     springls_measures outer;
     springls_walls walls;
+    static float ones[2000];
+    const springls_attribute_desc attribute = { "A", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     uint64_t before;
-    int i;
+    int i, k;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(NULL, 4, 9));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_join(tiling, 4, 9));
     ASSERT_OK(set_two_halves(tiling, 7.0f));
@@ -208,11 +210,25 @@ TEST halves_join(void)
     step.velocity = swirl;
     step.dt = 0.0625f;
     for (i = 0; i < 8; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    for (i = 0; i < 2; i++) {
+        springls_context *body = springls_tiling_body(tiling, i ? 4 : 9);
+        for (k = 0; k < 2000; k++) ones[k] = 1.0f;
+        ASSERT_LT(springls_count(body), 2000);
+        ASSERT_OK(springls_add_attribute(body, &attribute, ones, NULL));
+    }
     ASSERT_OK(springls_tiling_join(tiling, 9, 4));
     ASSERT_EQ(1, springls_tiling_count(tiling));
     ASSERT_EQ(9, springls_tiling_label(tiling, 0));
     for (i = 0; i < 24; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
     ASSERT_OK(springls_tiling_measure(tiling, &measures));
+    for (i = 0; i < 2; i++) { /* attributes pass through, and may be set */
+        springls_context *body = springls_tiling_body(tiling, 9);
+        const int number = springls_find_attribute(body, "A");
+        const float *values = springls_view_attribute(body, number).data;
+        for (k = 0; k < springls_count(body); k++) ASSERT_IN_RANGE(i ? 3.0 : 1.0, values[k], 1e-6);
+        for (k = 0; k < 2000; k++) ones[k] = 3.0f;
+        ASSERT_OK(springls_set_attribute(body, number, ones));
+    }
     ASSERT_OK(springls_measure(springls_tiling_body(tiling, 0), &outer));
     if (GREATEST_IS_VERBOSE()) printf("  volume %.2f of %.2f, area %.2f of %.2f\n", measures.volume, outer.volume, measures.area, outer.area);
     ASSERT_IN_RANGE(outer.volume, measures.volume, 0.003 * outer.volume);
