@@ -23,9 +23,11 @@ EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3)
                 $(THREADS) $(NIFTI) $(CFLAGS)
 THREADS       = -DSPRINGLS_THREADS -pthread $(if $(filter 1,$(OPENMP)),-fopenmp)
 # Debian's NIfTI headers want their own folder in the search path.
-NIFTI         = -isystem /usr/include/nifti $(if $(GDCM),-isystem $(GDCM))
+NIFTI         = -isystem /usr/include/nifti $(if $(GDCM),-isystem $(GDCM)) $(if $(MAXFLOW),-isystem $(MAXFLOW))
 # Folders of DICOM files are read where GDCM is.
 GDCM         := $(patsubst %/gdcmImageReader.h,%,$(lastword $(wildcard /usr/include/gdcm-*/gdcmImageReader.h)))
+# segment cuts graphs where libmaxflow is.
+MAXFLOW      := $(patsubst %/maxflow.h,%,$(lastword $(wildcard /usr/include/maxflow-*/maxflow.h)))
 
 PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
 # The top of the OpenCL text; it includes the rest.
@@ -36,7 +38,7 @@ endif
 
 .PHONY: help deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging solids tilings install uninstall format clean \
-        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test npm deps-npm packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom FORCE
+        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test npm deps-npm packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom deps-maxflow FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:
@@ -50,7 +52,7 @@ deps: deps-test deps-examples deps-display deps-opencl   ## install what demo an
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-examples deps-display deps-test deps-elastix deps-opencl deps-rusticl deps-oclgrind deps-valgrind deps-gpu-text deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-npm deps-packages deps-engines deps-cohort deps-slurm deps-dicom:
+deps-examples deps-display deps-test deps-elastix deps-opencl deps-rusticl deps-oclgrind deps-valgrind deps-gpu-text deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-npm deps-packages deps-engines deps-cohort deps-slurm deps-dicom deps-maxflow:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -79,7 +81,7 @@ check: build/embed check-folders   ## is springls.h what the parts produce? are 
 	@awk -f tests/portability/kernel_rules.awk build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
 
-SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(THREADS) $(GDCM) $(CFLAGS)
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(THREADS) $(GDCM) $(MAXFLOW) $(CFLAGS)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=1, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE

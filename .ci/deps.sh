@@ -128,6 +128,8 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             for package in python3 python3-cffi python3-numpy python3-nibabel; do need $package; done ;;
     dicom)   # folders of DICOM files, which programs do without
         ls /usr/include/gdcm-*/gdcmImageReader.h > /dev/null 2>&1 || need libgdcm-dev ;;
+    maxflow)   # segment's graph cuts, which it does without
+        ls /usr/include/maxflow-*/maxflow.h > /dev/null 2>&1 || need libmaxflow-dev ;;
     cohort)   # scans by the hundred: a workflow and its pictures
         need_command snakemake snakemake
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import PIL, nibabel, numpy, yaml' 2> /dev/null ||

@@ -17,7 +17,7 @@ pictures_USES     = base
 registration_LIBS = -llapacke
 shapes_LIBS       = -llapacke
 pictures_LIBS     = -lz
-imaging_LIBS      = -lnifti2 -lznz -lteem -lz $(if $(GDCM),-lgdcmMSFF -lgdcmDSED -lgdcmCommon) -lstdc++
+imaging_LIBS      = -lnifti2 -lznz -lteem -lz $(if $(GDCM),-lgdcmMSFF -lgdcmDSED -lgdcmCommon) $(if $(MAXFLOW),-lmaxflow) -lstdc++
 surface_LIBS      = -lassimp -lcjson -lmeshoptimizer -ldraco -lstdc++
 
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.

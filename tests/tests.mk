@@ -300,7 +300,7 @@ test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHE
 
 test: TESTS ?= quick
 # All groups at once where they can all be had; then nothing is missing of each.
-test_groups = test examples display python opencl dicom $(if $(filter quick,$(TESTS)),,judges engines cohort slurm)
+test_groups = test examples display python opencl dicom maxflow $(if $(filter quick,$(TESTS)),,judges engines cohort slurm)
 test:   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
 	@without="Going on without: the tests that want these are skipped."; \
 	  $(DEPS) $(test_groups) || $(DEPS) test || exit 1; \

@@ -18,7 +18,7 @@ static const double usual_stay = 1.0;
 static const float mirror_around = 4.0f;
 
 /* Default radius of the ball around a seed, in cells of the grid. */
-static const float seed_cells = 2.5f;
+const float segment_seed_cells = 2.5f;
 
 static bool read_image(struct segment *run)
 {
@@ -102,8 +102,10 @@ bool segment_read(struct segment *run)
     segment_choose_side(run);
     if (isnan(set->stay)) { /* a start at the object should stay there */
         const float *spacing = run->image.spacing;
-        const bool near = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
-        set->stay = near ? usual_stay * cbrt((double)(spacing[0] * spacing[1] * spacing[2])) : 0.0;
+        const bool close = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
+        set->stay = close      ? usual_stay * cbrt((double)(spacing[0] * spacing[1] * spacing[2]))
+                    : set->cut ? 0.5 * usual_stay * (double)segment_cut_side(&run->image)
+                               : 0.0;
     }
     return true;
 }
@@ -185,6 +187,32 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
     return good;
 }
 
+/* Compares a start on the image's voxels with the reference, if there is one. */
+static void compare_start(struct segment *run, const float *start)
+{
+    if (run->truth) {
+        for (size_t n = 0; n < run->voxels; ++n) {
+            run->inside[n] = start[n] < 0.0f;
+        }
+        run->result->start_dice = overlap_masks(run->inside, run->truth, run->voxels).dice;
+    }
+}
+
+static bool start_from_cut(struct segment *run)
+{
+    struct volume start, placed;
+    memset(&placed, 0, sizeof placed);
+    bool started = segment_cut(run, &start) && (volume_create_padded(&run->image, 0, &placed) || segment_no_memory());
+    if (started) {
+        resample_volume(&start, start.data, NULL, &placed, placed.data, NULL);
+        compare_start(run, placed.data);
+        started = segment_start_from(run, &start, "--cut");
+    }
+    volume_free(&start);
+    volume_free(&placed);
+    return started;
+}
+
 static bool start_from_mask(struct segment *run)
 {
     const struct segment_object *object = run->result->object;
@@ -206,11 +234,8 @@ static bool start_from_mask(struct segment *run)
         }
         started = place_mask(run, &mask, &placed);
     }
-    if (started && run->truth) {
-        for (size_t n = 0; n < run->voxels; ++n) {
-            run->inside[n] = placed.data[n] < 0.0f;
-        }
-        run->result->start_dice = overlap_masks(run->inside, run->truth, run->voxels).dice;
+    if (started) {
+        compare_start(run, placed.data);
     }
     /* A mirrored mask is on the image's grid, another one on its own, which may be finer. */
     started = started && segment_start_from(run, run->settings.mirror ? &placed : &mask, run->settings.mask);
@@ -258,7 +283,7 @@ static bool start_from_seeds(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
     struct volume *grid = &run->grid;
-    const float radius = set->radius > 0.0 ? (float)set->radius / grid->spacing[0] : seed_cells;
+    const float radius = set->radius > 0.0 ? (float)set->radius / grid->spacing[0] : segment_seed_cells;
     for (size_t n = 0; n < volume_voxels(grid); ++n) {
         grid->data[n] = INFINITY;
     }
@@ -311,6 +336,7 @@ bool segment_start(struct segment *run)
     return (strcmp(init, "threshold") == 0 ? start_from_threshold(run)
             : strcmp(init, "mask") == 0    ? start_from_mask(run)
             : strcmp(init, "mesh") == 0    ? start_from_mesh(run)
+            : run->settings.cut            ? start_from_cut(run)
             : strcmp(init, "seeds") == 0   ? start_from_seeds(run)
                                            : start_from_shape(run))
         && (run->settings.stay <= 0.0 || remember_start(run));

@@ -3,6 +3,7 @@
  *   segment scan.nii.gz --level 110 --out result
  *   segment scan.nrrd --window "100,300;-900,-500" --init threshold --out result     two objects, one label map
  *   segment scan.nrrd --level 110 --seed 12,-30,45 --keep-largest          grown from a place in mm
+ *   segment scan.nrrd --seed 12,-30,45 --outside-seed 40,-30,45 --cut      a graph cut, refined
  *   segment scan.mha --level 110 --init mask --mask left.nii.gz --mirror --reference labels.nii.gz --label 78
  *
  * Forces: pressure pushes outward where the intensity is inside the window and inward elsewhere; the region force pushes
@@ -131,31 +132,38 @@ static const char *read_all_objects(struct segment_settings *set)
     return NULL;
 }
 
-/* Reads "X,Y,Z;X,Y,Z;...". Returns NULL, or what is wrong. */
-static const char *read_seeds(struct segment_settings *set)
+/* Reads "X,Y,Z;X,Y,Z;...". Returns NULL, or what is wrong with --seed and --outside-seed. */
+static const char *read_seeds(const char *text, float seeds[SEGMENT_MAX_SEEDS][3], int *count)
 {
-    const char *text = set->seed_text;
     do {
         char item[128];
         const char *part = item;
         const size_t length = next_item(text, ";", item, sizeof item);
         double value[3];
-        if (set->seed_count == SEGMENT_MAX_SEEDS) {
-            return "--seed: there are at most 32 seeds";
+        if (*count == SEGMENT_MAX_SEEDS) {
+            return "there are at most 32 seeds";
         }
         for (int a = 0; a < 3; ++a) {
             char number[48];
             const size_t digits = length > 0 ? next_item(part, ",", number, sizeof number) : 0;
             if (digits == 0 || (part[digits] == ',') != (a < 2) || !cli_read_double(number, &value[a]) || fabs(value[a]) > 1e6) {
-                return "--seed wants X,Y,Z in mm, at most 1e6 each, more of them between semicolons";
+                return "a seed wants X,Y,Z in mm, at most 1e6 each, more of them between semicolons";
             }
-            set->seeds[set->seed_count][a] = (float)value[a];
+            seeds[*count][a] = (float)value[a];
             part += digits + (a < 2 ? 1 : 0);
         }
-        set->seed_count++;
+        ++*count;
         text += length;
     } while (*text++ == ';');
     return NULL;
+}
+
+/* A cut without a level is refined by what is in it and what is not: nothing else says which intensities are the object's. */
+static void choose_forces(struct segment_settings *set)
+{
+    const bool by_region = set->cut && isnan(set->pressure) && isnan(set->level) && !set->window_text && !(set->region > 0.0);
+    set->pressure = !isnan(set->pressure) ? set->pressure : by_region ? 0.0 : 1.0;
+    set->region = by_region ? 1.0 : set->region;
 }
 
 static int check_usage(struct segment_settings *set)
@@ -163,7 +171,12 @@ static int check_usage(struct segment_settings *set)
     const char *wrong = NULL;
     const bool seeded = set->seed_text != NULL;
     set->init = set->init ? set->init : seeded ? "seeds" : "sphere";
-    if (seeded && (wrong = read_seeds(set)) != NULL) {
+    choose_forces(set);
+    if (seeded && (wrong = read_seeds(set->seed_text, set->seeds, &set->seed_count)) != NULL) {
+        ;
+    } else if (set->outside_text && (wrong = read_seeds(set->outside_text, set->outside_seeds, &set->outside_count)) != NULL) {
+        ;
+    } else if (set->cut && (wrong = segment_cut_lacks()) != NULL) {
         ;
     } else if (strcmp(set->init, "mask") == 0 && !set->mask) {
         wrong = "--init mask wants --mask FILE";
@@ -215,13 +228,16 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"radius", CLI_DOUBLE, &set->radius, "MM",
          "its radius or half side; 0: a third of the image's shortest side, or of a seed's ball 2.5 cells", 0, 1e6, NULL},
         {"seed", CLI_STRING, &set->seed_text, "X,Y,Z[;..]", "grow from balls at these places instead, mm in RAS+ axes", 0, 0, NULL},
+        {"cut", CLI_FLAG, &set->cut, NULL,
+         "start from a graph cut between the seeds and the image's border; without a level, a region force of 1 refines it", 0, 0, NULL},
+        {"outside-seed", CLI_STRING, &set->outside_text, "X,Y,Z[;..]", "of --cut: places that are not in the object", 0, 0, NULL},
         {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
         {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]",
          "its label, without: all but 0; more labels, more objects", 0, 0, NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL,
          "start on the other side of the body: the mask mirrored, and laid where the image looks like it", 0, 0, NULL},
         {"stay", CLI_DOUBLE, &set->stay, "MM",
-         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, "
+         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, half of one from a cut, "
          "else anywhere", 0, 1e6, NULL},
         {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
         {"largest", CLI_FLAG, &set->largest, NULL,
@@ -256,6 +272,8 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {.given = "gvf-halvings", .needs = "gvf"},
         {.given = "init+seed"},
         {.given = "center+seed"},
+        {.given = "cut", .needs = "seed"},
+        {.given = "outside-seed", .needs = "cut"},
         {.given = "center+init=mask"},
         {.given = "center+init=mesh"},
         {.given = "center+init=threshold"},
@@ -311,7 +329,7 @@ static bool find_objects(struct segment *run)
 
 int main(int argc, char **argv)
 {
-    struct segment run = {.settings = {.region_means = "band", .level = (double)NAN, .pressure = 1.0,
+    struct segment run = {.settings = {.region_means = "band", .level = (double)NAN, .pressure = (double)NAN,
                                        .curvature = 0.06, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
                                        .frame = -1, .min_volume = (double)NAN, .center = {NAN, NAN, NAN}}};
     const struct segment_settings *set = &run.settings;

@@ -40,11 +40,12 @@ struct segment_settings {
     double speed, radius, ramp, stay;           /* stay NaN: depends on the kind of start */
     float center[3];
     const char *seed_text;
-    float seeds[SEGMENT_MAX_SEEDS][3];          /* mm */
-    int seed_count;
+    const char *outside_text;
+    float seeds[SEGMENT_MAX_SEEDS][3], outside_seeds[SEGMENT_MAX_SEEDS][3]; /* mm; the latter of --cut */
+    int seed_count, outside_count;
     double min_volume;                          /* mm^3 of a part that stays; NaN: more than a voxel */
     int frame, steps, levels, gvf_halvings;
-    bool dark, solid, largest, keep_largest, keep_topology, mirror, compare_level_set, no_pictures;
+    bool dark, solid, largest, keep_largest, keep_topology, mirror, cut, compare_level_set, no_pictures;
 };
 
 /* Result of one contour. */
@@ -53,7 +54,7 @@ struct segment_result {
     float low, high, ramp;   /* of the pressure */
     float voxel;             /* of the finest grid, mm */
     double start_mean;       /* intensity where it started on the object, with a region force; else NaN */
-    double start_dice;       /* of the starting mask against the reference; NaN: there is none */
+    double start_dice;       /* of the starting mask or cut against the reference; NaN: there is none */
     int steps, levels, springls;
     double springls_mean;    /* over the steps */
     bool at_rest;            /* false: the run ended at the limit of steps */
@@ -110,6 +111,12 @@ bool segment_begin(struct segment *run, int object);
 bool segment_start(struct segment *run);
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing); /* from a level set on another grid */
 bool segment_starts_far(const struct segment *run); /* true if it starts from a shape */
+
+/* cut.c: a start from a graph cut between seeds. */
+extern const float segment_seed_cells; /* default radius of the ball around a seed, in cells of the grid */
+const char *segment_cut_lacks(void);                         /* NULL, or why there is no cut */
+float segment_cut_side(const struct volume *image);          /* of its voxels, mm: the image's, or larger */
+bool segment_cut(struct segment *run, struct volume *start); /* -0.5 inside, 0.5 outside, on a grid of its own */
 
 /* forces.c: the forces on the contour on the present grid. */
 bool segment_forces_enter(struct segment *run, float side);

@@ -124,6 +124,11 @@ static void plan_collection_segment(struct imaging *imaging, const char *data)
     add(imaging, IMAGING_SEGMENT, "ventricle", "left ventricle of the echocardiogram",
         "%s/4d/echo4d_lv_11f.nii.gz --frame 0 --window 15,70 --ramp 20 --init sphere --center 108,107,109 --radius 30 "
         "--curvature 1 --stay 10 --levels 1 --topology preserved", data);
+    add(imaging, IMAGING_SEGMENT, "heart_cut", "heart, a graph cut from six seeds",
+        "%s/4d/ct4d_synthbeat_A.nii.gz --frame 0 --cut --seed \"-50,190,635;-25,190,610;0,150,680\" --outside-seed "
+        "\"-10,190,675;-35,155,685;35,165,690\" --reference %s/4d/ct4d_synthbeat_A_label.nii.gz", data, data);
+    add(imaging, IMAGING_SEGMENT, "tumour_cut", "brain tumour, a graph cut from two seeds",
+        "%s/labels/brain1_image.nrrd --cut --seed -41,-24,26 --outside-seed -51,-34,39 --reference %s/labels/brain1_label.nrrd", data, data);
 }
 
 static void plan_collection_motion(struct imaging *imaging, const char *data)

@@ -23,6 +23,7 @@ int main(int argc, char **argv)
 #define main segment_main
 #include "../../examples/segment/segment.c"
 #undef main
+#include "../../examples/segment/cut.c"
 #include "../../examples/segment/doubt.c"
 #include "../../examples/segment/forces.c"
 #include "../../examples/segment/grid.c"
@@ -567,6 +568,37 @@ TEST seeds_grow_into_their_parts(void)
     PASS();
 }
 
+/* Two balls of one brightness that touch are told apart by seeds alone, on the image's voxels and on coarser ones; with a line where
+ * there is no libmaxflow. */
+TEST cut_parts_what_is_as_bright(void)
+{
+    struct volume v, found;
+    char words[1024], error[VOLUME_TEXT];
+    ASSERT(make(40, 24, 24, 1.5f, &v));
+    add_ball(&v, 13, 12, 12, 7, 200.0f);
+    add_ball(&v, 26, 12, 12, 7, 200.0f);
+    ASSERT(save(&v, in_folder("pair.nii")));
+    for (int outside = 0; outside < 2; ++outside) {
+        snprintf(words, sizeof words, "%s --cut --seed 19.5,18,18 %s --no-pictures --out %s", in_folder("pair.nii"),
+                 outside ? "--outside-seed 39,18,18" : "", in_folder("cut"));
+        ASSERT_EQ(max_flow_is_there() ? 0 : 2, call(words));
+        if (!max_flow_is_there()) continue;
+        ASSERT(volume_read(in_folder("cut/labels.nii.gz"), 0, &found, error));
+        ASSERT_EQ(1.0f, found.data[voxel_at(&found, 8, 12, 12)]);
+        ASSERT_EQ(1.0f - (float)outside, found.data[voxel_at(&found, 30, 12, 12)]);
+        ASSERT_EQ(0.0f, found.data[voxel_at(&found, 13, 2, 12)]);
+        ASSERT_IN_RANGE(outside ? 4.85 : 9.7, number_in("cut/report.json", "volume_ml"), outside ? 0.5 : 1.0); /* 4/3 pi 7^3 voxels each */
+        ASSERT_IN_RANGE(0.75, number_in("cut/report.json", "stay_mm"), 1e-6);
+        volume_free(&found);
+    }
+    struct volume large = v; /* more voxels than a cut may have, by its sizes alone */
+    large.dims[0] *= 400;
+    ASSERT_IN_RANGE(1.5f * cbrtf(400.0f * 40.0f * 24.0f * 24.0f / 4e6f), segment_cut_side(&large), 1e-4f);
+    ASSERT_IN_RANGE(1.5f, segment_cut_side(&v), 1e-5f);
+    volume_free(&v);
+    PASS();
+}
+
 /* A contour that lets go of its seed, beside a ball, or ends with what was around its start, is no success. */
 TEST results_agree_with_their_start(void)
 {
@@ -683,6 +715,9 @@ TEST wrong_words_and_bad_images_are_refused(void)
                                         "--curvature 1e38",
                                         "--compare-level-set --topology preserved",
                                         "--seed 1,2",
+                                        "--cut",
+                                        "--seed 1,2,3 --outside-seed 4,5,6",
+                                        "--cut --seed 1,2,3 --outside-seed 4,5",
                                         "--seed 1,2,3; --init cube",
                                         "--seed 1,2,3 --init cube",
                                         "--seed 1,2,3 --center 1,2,3",
@@ -749,6 +784,7 @@ int main(int argc, char **argv)
     RUN_TEST(grid_is_the_images_own);
     RUN_TEST(islands_are_kept_or_removed);
     RUN_TEST(seeds_grow_into_their_parts);
+    RUN_TEST(cut_parts_what_is_as_bright);
     RUN_TEST(results_agree_with_their_start);
     RUN_TEST(share_of_the_image_is_reported);
     RUN_TEST(a_picture_may_fail);
