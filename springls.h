@@ -344,6 +344,24 @@
    anew. Distances are those of phi with either value: they miss a sheet that is too thin for phi. min_component and contact use phi too,
    since they change the model.
 
+   LEVELS OF DETAIL
+
+   springls_chunks_lod finds triangles for chunks that are further away, with half, a quarter or an eighth of the resolution: index buffers
+   over the vertices that a chunk has. A vertex buffer with normals, correspondences, ids and attributes serves all levels.
+
+     level   edges, voxels   error, voxels   triangles of a wavy surface
+       1     up to 3         up to .25       22 %
+       2     up to 6         up to .5        9 %
+       3     up to 12        up to 1         6 %
+
+   errors are of the chunk's vertices, in the smallest spacing, and springls_lod has those of each chunk. Draw a chunk at the highest level
+   whose error is less than half a pixel at its distance. Correspondences off by springls_lod.material_error move a texture by as much.
+
+   Two chunks thin out their common border by the finer one of their levels and by the places of its vertices alone. So both find the same
+   edges, whatever the levels are, and there are no cracks: every side of a triangle has one that runs the other way. Where a chunk
+   changes its level, ask again for the neighbors whose common border becomes finer or coarser by that; a chunk at level 0 stays as it is.
+   An update that changes a border lists the chunks on both sides.
+
    MOTION FROM OUTSIDE
 
    Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
@@ -829,6 +847,7 @@
      >>chunk_material       src/output/chunk_material.h
      >>chunk_signature      src/output/chunk_signature.h
      >>contour_chunks       src/output/contour_chunks.h
+     >>chunk_lod            src/output/chunk_lod.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
      >>contour_query        src/output/contour_query.h
@@ -991,6 +1010,7 @@
   #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
   #define springls_chunks_begin SPRINGLS__NAME(springls_chunks_begin)
   #define springls_chunks_continue SPRINGLS__NAME(springls_chunks_continue)
+  #define springls_chunks_lod SPRINGLS__NAME(springls_chunks_lod)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
@@ -1898,6 +1918,28 @@ SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, spring
    arguments, NULL or NaN, leaves it in progress. INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
+
+/* Asks for the triangles of a chunk at a level of detail, and receives them. They lie between vertices that the chunk has: its positions,
+   normals, correspondences, ids and attributes serve all levels. Zero all of it, and set chunk, level, neighbors and triangles. */
+typedef struct springls_lod {
+    const springls_chunk *chunk; /* as springls_chunks_update lists it, or a copy of the caller's; read: brick, positions, triangles,
+                                    and correspondences where they are not NULL                                       */
+    int level;              /* 0: as it is; 1, 2, 3: half, a quarter, an eighth of the resolution: edges may get 3, 6, 12 voxels long */
+    int neighbors[6];       /* levels of the chunks at -x, +x, -y, +y, -z, +z of it on the lattice: each border is that of the
+                               finer level of both. A chunk without triangles may have any                              */
+    uint16_t *triangles;    /* written: 3 a triangle, indices of the chunk's vertices; room for as many as chunk has      */
+    int triangle_count;     /* written                                                                                */
+    float error;            /* written: world units; no vertex of the chunk is further from these triangles. At most 2^level / 8
+                               smallest spacings, but where a whole body vanishes                                       */
+    float material_error;   /* written: world units of the original surface; no vertex's correspondence is further from what is
+                               interpolated at the closest place; 0 without correspondences                            */
+} springls_lod;
+
+/* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
+   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
+   border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
+   depend on threads. INVALID_ARGUMENT: also an index out of range or a position that is not finite; nothing is written then. */
+SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -29412,6 +29454,743 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     return springls__chunks_continue(ctx, chunks, NULL, changed, count);
 }
 
+/* ======== >>chunk_lod  (src/output/chunk_lod.h) ================================================================ */
+/* chunk_lod.h - triangles of a chunk at a lower level of detail, between vertices that the chunk has: so normals, correspondences, ids and
+   attributes of vertices serve all levels.
+
+   A border between two chunks is a set of chains of edges. It is thinned out by itself, from the places of its vertices alone and by the
+   finer one of both levels: so both sides find the same edges, and no strip or skirt is needed.
+
+       kept           kept            kept: it lies on another border too, or where chains branch
+        o--.--.--o--.--o--.--.--o     o   stays: split_chain divides until the rest is within the tolerance
+           |     |     |              .   goes onto the next o along the chain
+        ---+-----+-----+---
+
+   Then inner vertices are collapsed onto neighbors, as long as quadrics (Garland and Heckbert 1997) allow, no triangle turns over, and
+   edges do not get too long. A collapse onto a vertex takes triangles to triangles: with the same edges at the borders on both sides, what
+   was closed stays closed, at any levels; where a part is thinner than a level shows, two triangles may lie back to back. At last each
+   vertex that there was has to be within the tolerance of a triangle around the vertex that it has become; where one is not, it stays, and
+   all is done again. */
+
+enum {
+    SPRINGLS__LOD_LEVELS = 4,
+    SPRINGLS__LOD_RING = 24,    /* more neighbors, and a vertex stays                               */
+    SPRINGLS__LOD_BATCH = 64,   /* chunks that memory is taken for at a time                        */
+    SPRINGLS__LOD_ROUNDS = 4,   /* of quadrics, each with four times the square of the last         */
+    SPRINGLS__LOD_TRIES = 12,   /* after these, only borders are thinned out                        */
+    SPRINGLS__LOD_NO_FACE = 6
+};
+
+/* Sums the squares of distances to planes. */
+typedef struct springls__quadric { float xx, xy, xz, yy, yz, zz, x, y, z, one; } springls__quadric;
+
+/* What may become of a vertex: inner ones go onto any neighbor, those of a border along it. */
+typedef enum springls__lod_role { SPRINGLS__LOD_INNER, SPRINGLS__LOD_ON_BORDER, SPRINGLS__LOD_KEPT } springls__lod_role;
+
+typedef struct springls__lod_vertex {
+    springls__v3 x;            /* smallest spacings from the chunk's first vertex                     */
+    springls__quadric quadric;
+    springls__lod_role role;
+    int first_corner;          /* of the list of its corners; -1: none                                */
+    int to;                    /* what it has been collapsed onto; itself: it is there                */
+    int along[2];              /* its neighbors on the border                                         */
+    int degree, face;          /* edges at the border, and on which one they lie                      */
+    int mark, tried, moved;    /* by find_common; the round in which it was tried; the pass in which something beside it went */
+    bool visited, locked;
+} springls__lod_vertex;
+
+/* A chunk while triangles of a level are found. corner, next: of triangle t at 3 t; -1: the triangle is gone, or the list ends. */
+typedef struct springls__lod_work {
+    const springls_chunk *chunk;
+    const double *to_lattice;
+    springls__lod_vertex *vertex;
+    int *corner, *next, *chain;
+    int level, face_level[6], mark;
+    float unit;                 /* world units: the smallest spacing */
+    float stretch;              /* largest spacing over smallest     */
+} springls__lod_work;
+
+/* Returns how far from the surface a level may be, and how long its edges may become, in smallest spacings. */
+SPRINGLS__FN float springls__lod_tolerance(int level) { return 0.125f * (float)(1 << level); }
+SPRINGLS__FN float springls__lod_length(const springls__lod_work *w, int level) { return 1.5f * (float)(1 << level) * w->stretch; }
+
+/* ---- corners ---- */
+
+SPRINGLS__FN int springls__next_of_triangle(int corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
+
+/* Returns the first corner from `corner` on, in the list of its vertex, whose triangle is there; -1: none. */
+SPRINGLS__FN int springls__living_corner(const springls__lod_work *w, int corner)
+{
+    while (corner >= 0 && w->corner[corner] < 0) corner = w->next[corner];
+    return corner;
+}
+
+SPRINGLS__FN void springls__kill_triangle(springls__lod_work *w, int t)
+{
+    w->corner[3 * t] = w->corner[3 * t + 1] = w->corner[3 * t + 2] = -1;
+}
+
+/* Lists the corners of each vertex, of triangles that have three. */
+SPRINGLS__FN void springls__link_corners(springls__lod_work *w)
+{
+    int i, t;
+    for (i = 0; i < w->chunk->vertex_count; i++) w->vertex[i].first_corner = -1;
+    for (t = 0; t < w->chunk->triangle_count; t++) {
+        int *c = w->corner + 3 * t;
+        if (c[0] < 0) continue;
+        if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) {
+            springls__kill_triangle(w, t);
+            continue;
+        }
+        for (i = 3 * t; i < 3 * t + 3; i++) {
+            w->next[i] = w->vertex[w->corner[i]].first_corner;
+            w->vertex[w->corner[i]].first_corner = i;
+        }
+    }
+}
+
+/* Returns how many triangles have the edge from a to b, in that direction. */
+SPRINGLS__FN int springls__count_edge(const springls__lod_work *w, int a, int b)
+{
+    int n = 0, c = springls__living_corner(w, w->vertex[a].first_corner);
+    for (; c >= 0; c = springls__living_corner(w, w->next[c])) n += w->corner[springls__next_of_triangle(c)] == b;
+    return n;
+}
+
+/* ---- the border ---- */
+
+/* Returns the border on which an edge of the border lies, 2 axis + side; NO_FACE: on none, or it may be on two. */
+SPRINGLS__FN int springls__face_of_edge(const springls__lod_work *w, int a, int b)
+{
+    const float within = 0.05f; /* voxels */
+    const float *ends[2];
+    float away[6];
+    double place[3];
+    int face, best = 0, end, found = 0;
+    ends[0] = w->chunk->positions + 3 * a;
+    ends[1] = w->chunk->positions + 3 * b;
+    for (face = 0; face < 6; face++) away[face] = 0.0f;
+    for (end = 0; end < 2; end++) {
+        springls__transform(w->to_lattice, (double)ends[end][0], (double)ends[end][1], (double)ends[end][2], place);
+        for (face = 0; face < 6; face++)
+            away[face] = springls__max(away[face], springls__fabs((float)(place[face / 2]
+                                                                          - 8.0 * (w->chunk->brick[face / 2] + face % 2))));
+    }
+    for (face = 0; face < 6; face++) {
+        found += away[face] <= within;
+        if (away[face] < away[best]) best = face;
+    }
+    return found == 1 ? best : SPRINGLS__LOD_NO_FACE;
+}
+
+SPRINGLS__FN void springls__add_border_edge(springls__lod_vertex *v, int other, int face)
+{
+    if (v->degree < 2) v->along[v->degree] = other;
+    if (v->degree > 0 && v->face != face) face = SPRINGLS__LOD_NO_FACE;
+    v->face = face;
+    v->degree++;
+}
+
+/* Finds the edges at the border: of one triangle. */
+SPRINGLS__FN void springls__find_border(springls__lod_work *w)
+{
+    int c, i;
+    for (c = 0; c < 3 * w->chunk->triangle_count; c++) {
+        const int a = w->corner[c], b = a < 0 ? -1 : w->corner[springls__next_of_triangle(c)];
+        int there, back, face;
+        if (a < 0) continue;
+        there = springls__count_edge(w, a, b);
+        back = springls__count_edge(w, b, a);
+        if (there == 1 && back == 1) continue;
+        face = there == 1 && back == 0 ? springls__face_of_edge(w, a, b) : SPRINGLS__LOD_NO_FACE;
+        springls__add_border_edge(&w->vertex[a], b, face);
+        springls__add_border_edge(&w->vertex[b], a, face);
+    }
+    for (i = 0; i < w->chunk->vertex_count; i++) {
+        springls__lod_vertex *v = &w->vertex[i];
+        v->role = v->degree == 0 ? SPRINGLS__LOD_INNER
+                : v->degree == 2 && v->face != SPRINGLS__LOD_NO_FACE && w->face_level[v->face] > 0 ? SPRINGLS__LOD_ON_BORDER
+                : SPRINGLS__LOD_KEPT;
+    }
+}
+
+/* Returns the world place of a vertex: borders are thinned out by these alone, which both sides have. */
+SPRINGLS__FN springls__v3 springls__lod_place(const springls__lod_work *w, int i) { return springls__load3(w->chunk->positions + 3 * i); }
+
+SPRINGLS__FN bool springls__place_before(springls__v3 a, springls__v3 b)
+{
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
+/* Returns the squared distance of x from the segment between a and b, the same bits for b and a. */
+SPRINGLS__FN float springls__chord_distance2(springls__v3 x, springls__v3 a, springls__v3 b)
+{
+    const springls__v3 from = springls__place_before(a, b) ? a : b, to = springls__place_before(a, b) ? b : a;
+    const springls__v3 along = springls__sub(to, from), d = springls__sub(x, from);
+    const float l2 = springls__length2(along);
+    const float s = l2 > 0.0f ? springls__clamp(springls__dot(d, along) / l2, 0.0f, 1.0f) : 0.0f;
+    return springls__length2(springls__sub(d, springls__scale(along, s)));
+}
+
+/* Returns which vertex of a chain between its members i and j should stay, the same from both ends; -1: none. */
+SPRINGLS__FN int springls__chain_split(const springls__lod_work *w, int i, int j, float tolerance, float length)
+{
+    const springls__v3 a = springls__lod_place(w, w->chain[i]), b = springls__lod_place(w, w->chain[j]);
+    const bool too_long = springls__length2(springls__sub(a, b)) > length * length;
+    float most = -1.0f, middle = FLT_MAX;
+    int k, outermost = -1, central = -1;
+    for (k = i + 1; k < j; k++) {
+        const springls__v3 x = springls__lod_place(w, w->chain[k]);
+        const float d2 = springls__chord_distance2(x, a, b);
+        const float off = springls__fabs(springls__length2(springls__sub(x, a)) - springls__length2(springls__sub(x, b)));
+        if (d2 > most || (d2 == most && springls__place_before(x, springls__lod_place(w, w->chain[outermost])))) {
+            most = d2;
+            outermost = k;
+        }
+        if (off < middle || (off == middle && springls__place_before(x, springls__lod_place(w, w->chain[central])))) {
+            middle = off;
+            central = k;
+        }
+    }
+    return most > tolerance * tolerance ? outermost : too_long ? central : -1;
+}
+
+/* Keeps what a chain between its members i and j needs, and sends the rest onto the nearer end along it. */
+SPRINGLS__FN void springls__split_chain(springls__lod_work *w, int i, int j, float tolerance, float length)
+{
+    const int k = springls__chain_split(w, i, j, tolerance, length);
+    const springls__v3 a = springls__lod_place(w, w->chain[i]), b = springls__lod_place(w, w->chain[j]);
+    int m, to = w->chain[i];
+    if (k >= 0) {
+        w->vertex[w->chain[k]].role = SPRINGLS__LOD_KEPT;
+        springls__split_chain(w, i, k, tolerance, length);
+        springls__split_chain(w, k, j, tolerance, length);
+        return;
+    }
+    for (m = i + 1; m < j; m++) {
+        const springls__v3 x = springls__lod_place(w, w->chain[m]);
+        if (springls__length2(springls__sub(x, b)) < springls__length2(springls__sub(x, a))) to = w->chain[j];
+        w->vertex[w->chain[m]].to = to;
+    }
+}
+
+/* Follows a border from vertex i, by its neighbor `side`, as far as it may be thinned out. Returns how many vertices are in the chain then:
+   it had `count`. */
+SPRINGLS__FN int springls__follow_border(springls__lod_work *w, int i, int side, int count)
+{
+    int before = i, now = w->vertex[i].along[side];
+    while (now != i && w->vertex[now].role == SPRINGLS__LOD_ON_BORDER && !w->vertex[now].visited) {
+        const int *along = w->vertex[now].along;
+        const int then = along[0] == before ? along[1] : along[0];
+        w->vertex[now].visited = true;
+        w->chain[count++] = now;
+        before = now;
+        now = then;
+    }
+    w->chain[count++] = now;
+    return count;
+}
+
+/* Returns the member of a closed chain of `count` that is furthest from x; the least of those. */
+SPRINGLS__FN int springls__furthest_member(const springls__lod_work *w, int count, springls__v3 x)
+{
+    float most = -1.0f;
+    int k, best = 0;
+    for (k = 0; k < count; k++) {
+        const springls__v3 y = springls__lod_place(w, w->chain[k]);
+        const float d2 = springls__length2(springls__sub(y, x));
+        if (d2 < most || (d2 == most && !springls__place_before(y, springls__lod_place(w, w->chain[best])))) continue;
+        most = d2;
+        best = k;
+    }
+    return best;
+}
+
+/* Begins a closed chain at its least member; the last one is the first again. */
+SPRINGLS__FN void springls__rotate_loop(springls__lod_work *w, int count)
+{
+    int k, first = 0, *copy = w->chain + count + 1;
+    for (k = 1; k < count; k++)
+        if (springls__place_before(springls__lod_place(w, w->chain[k]), springls__lod_place(w, w->chain[first]))) first = k;
+    memcpy(copy, w->chain, (size_t)count * sizeof *copy);
+    for (k = 0; k <= count; k++) w->chain[k] = copy[(first + k) % count];
+}
+
+/* Thins out a closed chain of `count` vertices: three stay at least, which the places determine. */
+SPRINGLS__FN void springls__thin_loop(springls__lod_work *w, int count, float tolerance, float length)
+{
+    int stays[3], k;
+    float most = -1.0f;
+    springls__rotate_loop(w, count);
+    stays[0] = 0;
+    stays[1] = springls__furthest_member(w, count, springls__lod_place(w, w->chain[0]));
+    stays[2] = 0;
+    for (k = 1; k < count; k++) {
+        const springls__v3 x = springls__lod_place(w, w->chain[k]);
+        const float d2 = springls__chord_distance2(x, springls__lod_place(w, w->chain[0]), springls__lod_place(w, w->chain[stays[1]]));
+        if (k == stays[1] || d2 < most
+            || (d2 == most && !springls__place_before(x, springls__lod_place(w, w->chain[stays[2]])))) continue;
+        most = d2;
+        stays[2] = k;
+    }
+    for (k = 0; k < 3; k++) w->vertex[w->chain[stays[k]]].role = SPRINGLS__LOD_KEPT;
+    if (stays[1] > stays[2]) {
+        k = stays[1];
+        stays[1] = stays[2];
+        stays[2] = k;
+    }
+    for (k = 0; k < 3; k++) springls__split_chain(w, stays[k], k < 2 ? stays[k + 1] : count, tolerance, length);
+}
+
+/* Thins out the chain of the border that vertex i lies on. */
+SPRINGLS__FN void springls__thin_chain(springls__lod_work *w, int i)
+{
+    const int level = w->face_level[w->vertex[i].face];
+    const float tolerance = springls__lod_tolerance(level) * w->unit, length = springls__lod_length(w, level) * w->unit;
+    int count, k;
+    w->vertex[i].visited = true;
+    count = springls__follow_border(w, i, 0, 0);
+    if (w->chain[count - 1] == i) { /* all the way round */
+        springls__thin_loop(w, count, tolerance, length);
+        return;
+    }
+    for (k = 0; k < count / 2; k++) {
+        const int other = w->chain[count - 1 - k];
+        w->chain[count - 1 - k] = w->chain[k];
+        w->chain[k] = other;
+    }
+    w->chain[count++] = i;
+    count = springls__follow_border(w, i, 1, count);
+    springls__split_chain(w, 0, count - 1, tolerance, length);
+}
+
+/* Thins out all borders, whatever becomes of the triangles: the other side does the same. */
+SPRINGLS__FN void springls__thin_borders(springls__lod_work *w)
+{
+    int i, c;
+    for (i = 0; i < w->chunk->vertex_count; i++)
+        if (w->vertex[i].role == SPRINGLS__LOD_ON_BORDER && !w->vertex[i].visited) springls__thin_chain(w, i);
+    for (c = 0; c < 3 * w->chunk->triangle_count; c++)
+        if (w->corner[c] >= 0) w->corner[c] = w->vertex[w->corner[c]].to;
+}
+
+/* ---- quadrics ---- */
+
+SPRINGLS__FN void springls__add_plane(springls__quadric *q, springls__v3 n, float d)
+{
+    q->xx += n.x * n.x;
+    q->xy += n.x * n.y;
+    q->xz += n.x * n.z;
+    q->yy += n.y * n.y;
+    q->yz += n.y * n.z;
+    q->zz += n.z * n.z;
+    q->x += n.x * d;
+    q->y += n.y * d;
+    q->z += n.z * d;
+    q->one += d * d;
+}
+
+SPRINGLS__FN void springls__add_quadric(springls__quadric *q, const springls__quadric *other)
+{
+    q->xx += other->xx;
+    q->xy += other->xy;
+    q->xz += other->xz;
+    q->yy += other->yy;
+    q->yz += other->yz;
+    q->zz += other->zz;
+    q->x += other->x;
+    q->y += other->y;
+    q->z += other->z;
+    q->one += other->one;
+}
+
+/* Returns the sum of squared distances of x. */
+SPRINGLS__FN float springls__quadric_at(const springls__quadric *q, springls__v3 x)
+{
+    return q->xx * x.x * x.x + q->yy * x.y * x.y + q->zz * x.z * x.z + q->one
+         + 2.0f * (q->xy * x.x * x.y + q->xz * x.x * x.z + q->yz * x.y * x.z + q->x * x.x + q->y * x.y + q->z * x.z);
+}
+
+SPRINGLS__FN springls__tri springls__lod_triangle(const springls__lod_work *w, int a, int b, int c)
+{
+    springls__tri t;
+    t.a = w->vertex[a].x;
+    t.b = w->vertex[b].x;
+    t.c = w->vertex[c].x;
+    return t;
+}
+
+/* Gives each vertex the planes of its triangles, of the chunk as it is. */
+SPRINGLS__FN void springls__find_quadrics(springls__lod_work *w)
+{
+    int t, k;
+    for (t = 0; t < w->chunk->triangle_count; t++) {
+        const uint16_t *c = w->chunk->triangles + 3 * t;
+        const springls__v3 n = springls__tri_normal(springls__lod_triangle(w, c[0], c[1], c[2]));
+        const float d = -springls__dot(n, w->vertex[c[0]].x);
+        for (k = 0; k < 3; k++) springls__add_plane(&w->vertex[w->vertex[c[k]].to].quadric, n, d);
+    }
+}
+
+/* ---- collapses of inner vertices ---- */
+
+/* Writes the neighbors of a vertex, the next of each triangle. Returns how many; 0: they are no single fan, or too many. */
+SPRINGLS__FN int springls__ring_of(springls__lod_work *w, int v, int ring[SPRINGLS__LOD_RING])
+{
+    const int mark = ++w->mark;
+    int n = 0, k, c = springls__living_corner(w, w->vertex[v].first_corner);
+    for (; c >= 0; c = springls__living_corner(w, w->next[c])) {
+        const int next = w->corner[springls__next_of_triangle(c)];
+        if (n == SPRINGLS__LOD_RING || w->vertex[next].mark == mark) return 0;
+        w->vertex[next].mark = mark;
+        ring[n++] = next;
+    }
+    c = springls__living_corner(w, w->vertex[v].first_corner);
+    for (k = 0; c >= 0; c = springls__living_corner(w, w->next[c]), k++) /* every neighbor is a last one too */
+        if (w->vertex[w->corner[springls__next_of_triangle(springls__next_of_triangle(c))]].mark != mark) return 0;
+    return n < 3 ? 0 : n;
+}
+
+/* Returns how many neighbors u has in common with the vertex whose ring springls__ring_of has just written. */
+SPRINGLS__FN int springls__count_common(springls__lod_work *w, int u)
+{
+    const int mark = w->mark, counted = w->mark + 1;
+    int n = 0, k, c, other[2 * SPRINGLS__LOD_RING];
+    for (c = springls__living_corner(w, w->vertex[u].first_corner); c >= 0; c = springls__living_corner(w, w->next[c])) {
+        const int next = springls__next_of_triangle(c);
+        int m;
+        for (m = 0; m < 2; m++) {
+            const int x = w->corner[m ? springls__next_of_triangle(next) : next];
+            if (w->vertex[x].mark != mark) continue;
+            if (n < 2 * SPRINGLS__LOD_RING) other[n++] = x;
+            w->vertex[x].mark = counted;
+        }
+    }
+    for (k = 0; k < n; k++) w->vertex[other[k]].mark = mark;
+    return n;
+}
+
+/* Returns whether v may go onto u: the surface stays one, no triangle turns over or becomes a needle, and no edge is too long. */
+SPRINGLS__FN bool springls__may_collapse(springls__lod_work *w, int v, int u, const int *ring, int count)
+{
+    const float length = springls__lod_length(w, w->level);
+    int k, c;
+    for (k = 0; k < count; k++)
+        if (springls__length2(springls__sub(w->vertex[ring[k]].x, w->vertex[u].x)) > length * length) return false;
+    for (c = springls__living_corner(w, w->vertex[v].first_corner); c >= 0; c = springls__living_corner(w, w->next[c])) {
+        const int a = w->corner[springls__next_of_triangle(c)], b = w->corner[springls__next_of_triangle(springls__next_of_triangle(c))];
+        springls__v3 before, after;
+        float cosine, scale;
+        if (a == u || b == u) continue;
+        before = springls__tri_area2(springls__lod_triangle(w, v, a, b));
+        after = springls__tri_area2(springls__lod_triangle(w, u, a, b));
+        cosine = springls__dot(before, after);
+        scale = springls__length2(before) * springls__length2(after);
+        if (!(cosine > 0.0f && cosine * cosine > 0.1f * scale)) return false;
+    }
+    return springls__count_common(w, u) == 2;
+}
+
+/* Moves the corners of v to u. */
+SPRINGLS__FN void springls__collapse(springls__lod_work *w, int v, int u)
+{
+    int c = w->vertex[v].first_corner, next;
+    for (; c >= 0; c = next) {
+        const int a = springls__next_of_triangle(c), b = springls__next_of_triangle(a);
+        next = w->next[c];
+        if (w->corner[c] < 0) continue;
+        if (w->corner[a] == u || w->corner[b] == u) {
+            springls__kill_triangle(w, c / 3);
+            continue;
+        }
+        w->corner[c] = u;
+        w->next[c] = w->vertex[u].first_corner;
+        w->vertex[u].first_corner = c;
+    }
+    w->vertex[v].first_corner = -1;
+    w->vertex[v].to = u;
+    springls__add_quadric(&w->vertex[u].quadric, &w->vertex[v].quadric);
+}
+
+/* Returns the neighbor of v onto which it may go at the least sum of squares, at most `limit`; -1: none. */
+SPRINGLS__FN int springls__find_target(springls__lod_work *w, int v, const int *ring, int count, float limit)
+{
+    float cost[SPRINGLS__LOD_RING];
+    int k, best;
+    for (k = 0; k < count; k++)
+        cost[k] = springls__quadric_at(&w->vertex[v].quadric, w->vertex[ring[k]].x)
+                + springls__quadric_at(&w->vertex[ring[k]].quadric, w->vertex[ring[k]].x);
+    for (;;) {
+        for (best = -1, k = 0; k < count; k++)
+            if (cost[k] <= limit && (best < 0 || cost[k] < cost[best])) best = k;
+        if (best < 0) return -1;
+        if (springls__may_collapse(w, v, ring[best], ring, count)) return ring[best];
+        cost[best] = FLT_MAX;
+    }
+}
+
+/* Collapses inner vertices apart from each other, once over all. Returns whether there was one. */
+SPRINGLS__FN bool springls__collapse_pass(springls__lod_work *w, int round, int pass, float limit)
+{
+    int ring[SPRINGLS__LOD_RING], i, k;
+    bool some = false;
+    for (i = 0; i < w->chunk->vertex_count; i++) {
+        springls__lod_vertex *v = &w->vertex[i];
+        int count, u;
+        if (v->role != SPRINGLS__LOD_INNER || v->to != i || v->locked || v->tried == round || v->moved == pass) continue;
+        v->tried = round;
+        count = springls__ring_of(w, i, ring);
+        if (count == 0 || (u = springls__find_target(w, i, ring, count, limit)) < 0) continue;
+        springls__collapse(w, i, u);
+        for (k = 0; k < count; k++) {
+            w->vertex[ring[k]].tried = -1;
+            w->vertex[ring[k]].moved = pass;
+        }
+        some = true;
+    }
+    return some;
+}
+
+SPRINGLS__FN void springls__collapse_inner(springls__lod_work *w)
+{
+    const float tolerance = springls__lod_tolerance(w->level);
+    float limit = 8.0f * tolerance * tolerance; /* of sums over planes, many of which are nearly the same */
+    int round, pass = 0;
+    for (round = 1; round < SPRINGLS__LOD_ROUNDS; round++) limit *= 0.25f;
+    for (round = 0; round < SPRINGLS__LOD_ROUNDS; round++, limit *= 4.0f)
+        while (springls__collapse_pass(w, round, pass, limit)) pass++;
+}
+
+/* ---- errors ---- */
+
+SPRINGLS__FN int springls__lod_root(const springls__lod_work *w, int i)
+{
+    while (w->vertex[i].to != i) i = w->vertex[i].to;
+    return i;
+}
+
+/* The place on the new triangles that is closest to a vertex: its squared distance, corners and weights. */
+typedef struct springls__lod_hit { float d2, bary[3]; int corner[3]; } springls__lod_hit;
+
+/* Tries the triangles around vertex i. */
+SPRINGLS__FN void springls__closest_around(const springls__lod_work *w, int i, springls__v3 x, springls__lod_hit *best)
+{
+    int c = springls__living_corner(w, w->vertex[i].first_corner);
+    for (; c >= 0; c = springls__living_corner(w, w->next[c])) {
+        const int *corner = w->corner + c / 3 * 3;
+        const springls__tri_hit hit = springls__tri_closest(springls__lod_triangle(w, corner[0], corner[1], corner[2]), x);
+        if (hit.d2 >= best->d2) continue;
+        best->d2 = hit.d2;
+        memcpy(best->bary, hit.bary, sizeof best->bary);
+        memcpy(best->corner, corner, sizeof best->corner);
+    }
+}
+
+/* Finds the closest place to a vertex of the chunk: around what it has become, or around the neighbors of that. */
+SPRINGLS__FN springls__lod_hit springls__closest_to_vertex(springls__lod_work *w, int i, float tolerance)
+{
+    const int root = springls__lod_root(w, i);
+    springls__lod_hit best;
+    int c;
+    memset(&best, 0, sizeof best);
+    best.d2 = FLT_MAX;
+    springls__closest_around(w, root, w->vertex[i].x, &best);
+    if (best.d2 <= tolerance * tolerance) return best;
+    for (c = springls__living_corner(w, w->vertex[root].first_corner); c >= 0; c = springls__living_corner(w, w->next[c]))
+        springls__closest_around(w, w->corner[springls__next_of_triangle(c)], w->vertex[i].x, &best);
+    return best;
+}
+
+/* Returns the squared distance from a vertex to the edges that borders have kept: where its part of the chunk has become flat, the
+   surface goes on there beyond the border. FLT_MAX: there are none. */
+SPRINGLS__FN float springls__border_distance2(const springls__lod_work *w, int i)
+{
+    float least = FLT_MAX;
+    int k, side;
+    for (k = 0; k < w->chunk->vertex_count; k++)
+        for (side = 0; side < springls__imin(w->vertex[k].degree, 2); side++) {
+            const int a = w->vertex[k].to, b = w->vertex[w->vertex[k].along[side]].to;
+            least = springls__min(least, springls__chord_distance2(w->vertex[i].x, w->vertex[a].x, w->vertex[b].x));
+        }
+    return least;
+}
+
+/* Returns how far the correspondence that is interpolated at a place is from that of vertex i, world units. */
+SPRINGLS__FN float springls__lod_material_error(const springls__lod_work *w, int i, const springls__lod_hit *hit)
+{
+    const float *a = w->chunk->correspondences;
+    springls__v3 sum = springls__scale(springls__load3(a + 3 * i), -1.0f);
+    int k;
+    for (k = 0; k < 3; k++) sum = springls__mad(sum, springls__load3(a + 3 * hit->corner[k]), hit->bary[k]);
+    return springls__length(sum);
+}
+
+/* Measures the errors. Inner vertices that are beyond the tolerance are locked; returns whether there were some. */
+SPRINGLS__FN bool springls__measure_lod(springls__lod_work *w, springls_lod *lod)
+{
+    const float tolerance = springls__lod_tolerance(w->level);
+    bool beyond = false;
+    int i;
+    lod->error = lod->material_error = 0.0f;
+    for (i = 0; i < w->chunk->vertex_count; i++) {
+        springls__lod_vertex *v = &w->vertex[i];
+        springls__lod_hit hit;
+        if (v->to == i && springls__living_corner(w, v->first_corner) >= 0) continue;
+        hit = springls__closest_to_vertex(w, i, tolerance);
+        if (hit.d2 > tolerance * tolerance) hit.d2 = springls__min(hit.d2, springls__border_distance2(w, i));
+        if (hit.d2 > tolerance * tolerance && v->role == SPRINGLS__LOD_INNER && !v->locked) v->locked = beyond = true;
+        if (hit.d2 == FLT_MAX) continue;
+        lod->error = springls__max(lod->error, springls__sqrt(hit.d2) * w->unit);
+        if (w->chunk->correspondences)
+            lod->material_error = springls__max(lod->material_error, springls__lod_material_error(w, i, &hit));
+    }
+    return beyond;
+}
+
+/* ---- a chunk ---- */
+
+SPRINGLS__FN void springls__begin_lod(springls__lod_work *w)
+{
+    const springls__v3 origin = springls__lod_place(w, 0);
+    int i, c;
+    for (i = 0; i < w->chunk->vertex_count; i++) {
+        springls__lod_vertex *v = &w->vertex[i];
+        const bool locked = v->locked;
+        memset(v, 0, sizeof *v);
+        v->x = springls__scale(springls__sub(springls__lod_place(w, i), origin), 1.0f / w->unit);
+        v->to = i;
+        v->tried = v->moved = -1;
+        v->locked = locked;
+    }
+    for (c = 0; c < 3 * w->chunk->triangle_count; c++) w->corner[c] = w->chunk->triangles[c];
+    w->mark = 0;
+    springls__link_corners(w);
+}
+
+/* Finds the triangles of a level once, with the vertices that are locked. */
+SPRINGLS__FN void springls__try_lod(springls__lod_work *w, bool inner)
+{
+    springls__begin_lod(w);
+    springls__find_border(w);
+    springls__thin_borders(w);
+    springls__link_corners(w);
+    springls__find_quadrics(w);
+    if (inner) springls__collapse_inner(w);
+}
+
+SPRINGLS__FN void springls__find_lod(springls__lod_work *w, springls_lod *lod)
+{
+    int i, t, k, n = 0, tries = 0;
+    for (i = 0; i < w->chunk->vertex_count; i++) w->vertex[i].locked = false;
+    do springls__try_lod(w, tries++ < SPRINGLS__LOD_TRIES);
+    while (springls__measure_lod(w, lod) && tries <= SPRINGLS__LOD_TRIES);
+    for (t = 0; t < w->chunk->triangle_count; t++)
+        for (k = 0; k < 3 && w->corner[3 * t] >= 0; k++) lod->triangles[n++] = (uint16_t)w->corner[3 * t + k];
+    lod->triangle_count = n / 3;
+}
+
+/* ---- the call ---- */
+
+/* What a batch of chunks is worked on with. memory: of chunk i from start[i] on. */
+typedef struct springls__lod_job {
+    const springls_context *ctx;
+    springls_lod *lod;
+    const double *to_lattice;
+    char *memory;
+    size_t start[SPRINGLS__LOD_BATCH + 1];
+} springls__lod_job;
+
+SPRINGLS__FN size_t springls__lod_bytes(const springls_lod *lod)
+{
+    const size_t vertices = (size_t)lod->chunk->vertex_count, corners = 3 * (size_t)lod->chunk->triangle_count;
+    return lod->level == 0 ? 0 : vertices * sizeof(springls__lod_vertex) + (2 * corners + 2 * vertices + 4) * sizeof(int);
+}
+
+SPRINGLS__FN void springls__lod_of_chunk(const springls__lod_job *job, springls_lod *lod, char *memory)
+{
+    springls__lod_work w;
+    const size_t vertices = (size_t)lod->chunk->vertex_count, corners = 3 * (size_t)lod->chunk->triangle_count;
+    int face;
+    memset(&w, 0, sizeof w);
+    w.chunk = lod->chunk;
+    w.to_lattice = job->to_lattice;
+    w.level = lod->level;
+    w.unit = job->ctx->smallest_spacing;
+    w.stretch = job->ctx->largest_spacing / job->ctx->smallest_spacing;
+    for (face = 0; face < 6; face++) w.face_level[face] = springls__imin(lod->level, lod->neighbors[face]);
+    w.vertex = (springls__lod_vertex *)(void *)memory;
+    w.corner = (int *)(void *)(w.vertex + vertices);
+    w.next = w.corner + corners;
+    w.chain = w.next + corners;
+    springls__find_lod(&w, lod);
+}
+
+SPRINGLS__FN void springls__lod_task(void *arg, int begin, int end)
+{
+    const springls__lod_job *job = (const springls__lod_job *)arg;
+    for (; begin < end; begin++) {
+        springls_lod *lod = job->lod + begin;
+        lod->error = lod->material_error = 0.0f;
+        lod->triangle_count = lod->chunk->triangle_count;
+        if (lod->chunk->triangle_count == 0) continue;
+        if (lod->level > 0) springls__lod_of_chunk(job, lod, job->memory + job->start[begin]);
+        else memcpy(lod->triangles, lod->chunk->triangles, 3 * (size_t)lod->chunk->triangle_count * sizeof(uint16_t));
+    }
+}
+
+/* Returns why a request is refused; NULL: it is not. */
+SPRINGLS__FN const char *springls__lod_fault(const springls_lod *lod)
+{
+    const springls_chunk *chunk = lod->chunk;
+    int i;
+    if (!chunk || chunk->vertex_count < 0 || chunk->triangle_count < 0) return "there is no chunk";
+    if (lod->level < 0 || lod->level >= SPRINGLS__LOD_LEVELS) return "the level is not 0, 1, 2 or 3";
+    for (i = 0; i < 6; i++)
+        if (lod->neighbors[i] < 0 || lod->neighbors[i] >= SPRINGLS__LOD_LEVELS) return "the level of a neighbor is not 0, 1, 2 or 3";
+    if (chunk->triangle_count == 0) return NULL;
+    if (!chunk->positions || !chunk->triangles || !lod->triangles) return "an array is NULL";
+    for (i = 0; i < 3 * chunk->triangle_count; i++)
+        if (chunk->triangles[i] >= chunk->vertex_count) return "an index is out of range";
+    for (i = 0; i < 3 * chunk->vertex_count; i++)
+        if (!springls__finite_float(chunk->positions[i])) return "a position is not finite";
+    return NULL;
+}
+
+SPRINGLS__FN springls_status springls__lod_batch(springls_context *ctx, springls__lod_job *job, int count)
+{
+    int i;
+    job->start[0] = 0;
+    for (i = 0; i < count; i++) job->start[i + 1] = job->start[i] + ((springls__lod_bytes(&job->lod[i]) + 15u) & ~(size_t)15u);
+    job->memory = (char *)springls__allocate(ctx, job->start[count] + 1);
+    if (!job->memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_lod: out of memory");
+    springls__parallel(ctx, count, 1, springls__lod_task, job);
+    springls__release(ctx, job->memory, job->start[count] + 1);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count)
+{
+    springls__lod_job job;
+    springls__window lattice;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (!lod && count > 0)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_lod: a NULL or a negative count");
+    for (i = 0; i < count; i++) {
+        const char *fault = springls__lod_fault(&lod[i]);
+        if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_lod: chunk %d of the list: %s", i, fault);
+    }
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    lattice = ctx->window;
+    springls__place_window(ctx, &lattice, springls__unmoved);
+    job.to_lattice = lattice.to_voxel;
+    for (i = 0; i < count; i += SPRINGLS__LOD_BATCH) {
+        job.lod = lod + i;
+        SPRINGLS__TRY(springls__lod_batch(ctx, &job, springls__imin(SPRINGLS__LOD_BATCH, count - i)));
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
 /* zero_level.h - finds where a ray meets the zero level, and the point of it closest to a place. The triangles have the bits of
    those of springls_extract_mesh, and are made cube by cube where they are needed: so nothing is built before, and no ray slips
@@ -33473,7 +34252,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1172 \"springls.h\"\n",
+    "#line 1192 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -33587,7 +34366,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2540 \"springls.h\"\n",
+    "#line 2582 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -33703,7 +34482,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2657 \"springls.h\"\n",
+    "#line 2699 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -33725,7 +34504,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2680 \"springls.h\"\n",
+    "#line 2722 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33740,7 +34519,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2738 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -33864,7 +34643,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2820 \"springls.h\"\n",
+    "#line 2862 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -33934,7 +34713,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2933 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -34154,7 +34933,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3112 \"springls.h\"\n",
+    "#line 3154 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34169,7 +34948,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3127 \"springls.h\"\n",
+    "#line 3169 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34293,14 +35072,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3251 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3259 \"springls.h\"\n",
+    "#line 3301 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -34426,7 +35205,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3386 \"springls.h\"\n",
+    "#line 3428 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -34481,7 +35260,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3442 \"springls.h\"\n",
+    "#line 3484 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -34570,7 +35349,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3532 \"springls.h\"\n",
+    "#line 3574 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -34582,7 +35361,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3544 \"springls.h\"\n",
+    "#line 3586 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34597,7 +35376,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3560 \"springls.h\"\n",
+    "#line 3602 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34641,7 +35420,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3604 \"springls.h\"\n",
+    "#line 3646 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34656,7 +35435,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3619 \"springls.h\"\n",
+    "#line 3661 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -34700,7 +35479,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3663 \"springls.h\"\n",
+    "#line 3705 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -34779,7 +35558,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3742 \"springls.h\"\n",
+    "#line 3784 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34794,7 +35573,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3758 \"springls.h\"\n",
+    "#line 3800 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34861,7 +35640,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3825 \"springls.h\"\n",
+    "#line 3867 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34876,7 +35655,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3840 \"springls.h\"\n",
+    "#line 3882 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -34943,7 +35722,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3908 \"springls.h\"\n",
+    "#line 3950 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -35329,7 +36108,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4295 \"springls.h\"\n",
+    "#line 4337 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -36038,7 +36817,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5005 \"springls.h\"\n",
+    "#line 5047 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -36298,7 +37077,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5266 \"springls.h\"\n",
+    "#line 5308 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -36500,7 +37279,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5469 \"springls.h\"\n",
+    "#line 5511 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -36617,7 +37396,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5587 \"springls.h\"\n",
+    "#line 5629 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -36814,7 +37593,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5784 \"springls.h\"\n",
+    "#line 5826 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36829,7 +37608,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5800 \"springls.h\"\n",
+    "#line 5842 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37023,7 +37802,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5994 \"springls.h\"\n",
+    "#line 6036 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37038,7 +37817,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6009 \"springls.h\"\n",
+    "#line 6051 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37232,7 +38011,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6804 \"springls.h\"\n",
+    "#line 6846 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -37632,7 +38411,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7205 \"springls.h\"\n",
+    "#line 7247 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -37658,7 +38437,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7232 \"springls.h\"\n",
+    "#line 7274 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -37746,7 +38525,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7321 \"springls.h\"\n",
+    "#line 7363 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -37886,7 +38665,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7504 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -37991,7 +38770,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7568 \"springls.h\"\n",
+    "#line 7610 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -38223,7 +39002,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7801 \"springls.h\"\n",
+    "#line 7843 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -38253,7 +39032,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7831 \"springls.h\"\n",
+    "#line 7873 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38268,7 +39047,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7847 \"springls.h\"\n",
+    "#line 7889 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38437,7 +39216,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8016 \"springls.h\"\n",
+    "#line 8058 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38452,7 +39231,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8031 \"springls.h\"\n",
+    "#line 8073 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -38621,7 +39400,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8200 \"springls.h\"\n",
+    "#line 8242 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -38675,7 +39454,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8255 \"springls.h\"\n",
+    "#line 8297 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -38701,7 +39480,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8281 \"springls.h\"\n",
+    "#line 8323 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38716,7 +39495,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8339 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38799,7 +39578,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8380 \"springls.h\"\n",
+    "#line 8422 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38814,7 +39593,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8395 \"springls.h\"\n",
+    "#line 8437 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -38897,7 +39676,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8478 \"springls.h\"\n",
+    "#line 8520 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -38971,7 +39750,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8553 \"springls.h\"\n",
+    "#line 8595 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -39524,7 +40303,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9107 \"springls.h\"\n",
+    "#line 9149 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -39620,7 +40399,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9204 \"springls.h\"\n",
+    "#line 9246 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -39741,7 +40520,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9326 \"springls.h\"\n",
+    "#line 9368 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -40022,7 +40801,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9608 \"springls.h\"\n",
+    "#line 9650 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -40108,7 +40887,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9695 \"springls.h\"\n",
+    "#line 9737 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -40251,7 +41030,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9839 \"springls.h\"\n",
+    "#line 9881 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -40440,7 +41219,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10029 \"springls.h\"\n",
+    "#line 10071 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -40565,7 +41344,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10155 \"springls.h\"\n",
+    "#line 10197 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -40599,7 +41378,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10190 \"springls.h\"\n",
+    "#line 10232 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -41137,7 +41916,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10729 \"springls.h\"\n",
+    "#line 10771 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -41287,7 +42066,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10880 \"springls.h\"\n",
+    "#line 10922 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -41365,7 +42144,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10959 \"springls.h\"\n",
+    "#line 11001 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -41614,7 +42393,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11209 \"springls.h\"\n",
+    "#line 11251 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -41839,7 +42618,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11435 \"springls.h\"\n",
+    "#line 11477 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -41943,7 +42722,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11540 \"springls.h\"\n",
+    "#line 11582 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -42040,7 +42819,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11638 \"springls.h\"\n",
+    "#line 11680 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -42578,7 +43357,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12177 \"springls.h\"\n",
+    "#line 12219 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -42611,7 +43390,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12211 \"springls.h\"\n",
+    "#line 12253 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -42636,14 +43415,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12237 \"springls.h\"\n",
+    "#line 12279 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12244 \"springls.h\"\n",
+    "#line 12286 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42658,7 +43437,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12260 \"springls.h\"\n",
+    "#line 12302 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42784,7 +43563,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12386 \"springls.h\"\n",
+    "#line 12428 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42799,7 +43578,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12401 \"springls.h\"\n",
+    "#line 12443 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -42925,7 +43704,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12528 \"springls.h\"\n",
+    "#line 12570 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43217,7 +43996,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12821 \"springls.h\"\n",
+    "#line 12863 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -43352,7 +44131,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17465 \"springls.h\"\n",
+    "#line 17507 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44415,7 +45194,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18529 \"springls.h\"\n",
+    "#line 18571 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -45012,7 +45791,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19127 \"springls.h\"\n",
+    "#line 19169 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -45609,7 +46388,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 45613 \"springls.h\"\n",
+    "#line 46392 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -37,6 +37,7 @@
 #include "input/write.h"
 #include "output/attributes.h"
 #include "output/chunks.h"
+#include "output/chunk_lod.h"
 #include "output/component_views.h"
 #include "output/error_estimates.h"
 #include "output/extract_soup.h"

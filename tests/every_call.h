@@ -229,6 +229,22 @@ CALL_OF(remove_attribute, (b->ctx, 0))
 CALL_OF(set_attribute, (b->ctx, 0, b->vertices))
 CALL_OF_MESH(mesh_attribute, (b->ctx, &mesh, 0, b->output))
 
+FIXTURE springls_status call_chunks_lod(call_bench *b)
+{
+    const springls_chunk *changed;
+    springls_lod lod;
+    int count;
+    springls_status status = call_need_chunks(b);
+    if (status == SPRINGLS_OK) status = springls_chunks_update(b->ctx, b->chunks, &changed, &count);
+    if (status != SPRINGLS_OK || count == 0 || changed[0].triangle_count == 0) return status;
+    memset(&lod, 0, sizeof lod);
+    lod.chunk = &changed[0];
+    lod.level = 2;
+    lod.neighbors[1] = 3;
+    lod.triangles = (uint16_t *)(void *)b->output;
+    return springls_chunks_lod(b->ctx, &lod, 1);
+}
+
 FIXTURE springls_status call_chunk_attribute(call_bench *b)
 {
     const springls_chunk *changed;
@@ -312,8 +328,8 @@ FIXTURE springls_status call_index_of(call_bench *b)
     X(unsigned_to_signed, 0) X(track, 0) X(step, 0) X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0)   \
     X(snapshot_delta, 1) X(snapshot_patch, 1) X(index_of, 1) X(place_now, 1) X(settle, 0) X(pack_matrix, 1)                       \
     X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) X(extract_mesh, 1) X(extract_soup, 1)                  \
-    X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) X(copy_level_set, 1) X(sample_distance, 1)   \
-    X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) X(add_attribute, 1) X(describe_attribute, 1)            \
+    X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) X(chunks_lod, 1) X(copy_level_set, 1)        \
+    X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) X(add_attribute, 1) X(describe_attribute, 1)            \
     X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(chunk_attribute, 1) X(get_provenance, 1)                     \
     X(springl_errors, 1) X(mesh_errors, 1)                                                                                        \
     X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) X(find_seams, 1) X(interpolate_material, 1)               \

@@ -767,6 +767,28 @@ SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
 
+/* Asks for the triangles of a chunk at a level of detail, and receives them. They lie between vertices that the chunk has: its positions,
+   normals, correspondences, ids and attributes serve all levels. Zero all of it, and set chunk, level, neighbors and triangles. */
+typedef struct springls_lod {
+    const springls_chunk *chunk; /* as springls_chunks_update lists it, or a copy of the caller's; read: brick, positions, triangles,
+                                    and correspondences where they are not NULL                                       */
+    int level;              /* 0: as it is; 1, 2, 3: half, a quarter, an eighth of the resolution: edges may get 3, 6, 12 voxels long */
+    int neighbors[6];       /* levels of the chunks at -x, +x, -y, +y, -z, +z of it on the lattice: each border is that of the
+                               finer level of both. A chunk without triangles may have any                              */
+    uint16_t *triangles;    /* written: 3 a triangle, indices of the chunk's vertices; room for as many as chunk has      */
+    int triangle_count;     /* written                                                                                */
+    float error;            /* written: world units; no vertex of the chunk is further from these triangles. At most 2^level / 8
+                               smallest spacings, but where a whole body vanishes                                       */
+    float material_error;   /* written: world units of the original surface; no vertex's correspondence is further from what is
+                               interpolated at the closest place; 0 without correspondences                            */
+} springls_lod;
+
+/* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
+   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
+   border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
+   depend on threads. INVALID_ARGUMENT: also an index out of range or a position that is not finite; nothing is written then. */
+SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
+
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 

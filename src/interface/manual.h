@@ -351,6 +351,25 @@
    since they change the model.
 
 
+   LEVELS OF DETAIL
+
+   springls_chunks_lod finds triangles for chunks that are further away, with half, a quarter or an eighth of the resolution: index buffers
+   over the vertices that a chunk has. A vertex buffer with normals, correspondences, ids and attributes serves all levels.
+
+     level   edges, voxels   error, voxels   triangles of a wavy surface
+       1     up to 3         up to .25       22 %
+       2     up to 6         up to .5        9 %
+       3     up to 12        up to 1         6 %
+
+   errors are of the chunk's vertices, in the smallest spacing, and springls_lod has those of each chunk. Draw a chunk at the highest level
+   whose error is less than half a pixel at its distance. Correspondences off by springls_lod.material_error move a texture by as much.
+
+   Two chunks thin out their common border by the finer one of their levels and by the places of its vertices alone. So both find the same
+   edges, whatever the levels are, and there are no cracks: every side of a triangle has one that runs the other way. Where a chunk
+   changes its level, ask again for the neighbors whose common border becomes finer or coarser by that; a chunk at level 0 stays as it is.
+   An update that changes a border lists the chunks on both sides.
+
+
    MOTION FROM OUTSIDE
 
    Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
