@@ -7700,19 +7700,19 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     springls__v3 n = springls__springl_normal(*s);
     springls__cell_walk walk;
     int other, beside = 0;
+    bool edge = false;
     if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_near(model, s->p, r);
     while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
         m = springls__springl_normal(model->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
+        edge = edge || springls__at_edge(model, other);
         beside += springls__is_beside(d, n, m);
-        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
     }
-    return false;
+    return !edge && beside >= enough && model->set.phi[i] > 0.0f; /* beyond a sharp edge the neighbors look the same */
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
@@ -38864,19 +38864,19 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__springl_normal(*s);\n",
     "    springls__cell_walk walk;\n",
     "    int other, beside = 0;\n",
+    "    bool edge = false;\n",
     "    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */\n",
     "    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;\n",
     "    walk = springls__cell_walk_near(model, s->p, r);\n",
     "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
     "        if (other == i || springls__length2(d) > r * r) continue;\n",
-    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */\n",
     "        m = springls__springl_normal(model->set.s[other]);\n",
     "        if (springls__is_far_side(d, n, m)) return true;\n",
+    "        edge = edge || springls__at_edge(model, other);\n",
     "        beside += springls__is_beside(d, n, m);\n",
-    "        if (beside >= enough && model->set.phi[i] > 0.0f) return true;\n",
     "    }\n",
-    "    return false;\n",
+    "    return !edge && beside >= enough && model->set.phi[i] > 0.0f; /* beyond a sharp edge the neighbors look the same */\n",
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",

@@ -98,19 +98,19 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     springls__v3 n = springls__springl_normal(*s);
     springls__cell_walk walk;
     int other, beside = 0;
+    bool edge = false;
     if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_near(model, s->p, r);
     while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
         m = springls__springl_normal(model->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
+        edge = edge || springls__at_edge(model, other);
         beside += springls__is_beside(d, n, m);
-        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
     }
-    return false;
+    return !edge && beside >= enough && model->set.phi[i] > 0.0f; /* beyond a sharp edge the neighbors look the same */
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
