@@ -617,6 +617,12 @@
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one entry for each size of block
      CONTOURING           over springls: hits; over bricks: sides, crossings, arcs, triangles, for an update of chunks
 
+   springls_combine_begin and springls_combine_continue run a combination in the same way:
+
+     combine              over springls: which stay; seams; over bricks: both reference level sets; phi of the result; then as
+                          redistance, keep_edges, fill_gaps and project. Hierarchies are built, and the springls and the original
+                          triangles of the other taken, in parts
+
    What an entry does besides its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
    checked; with CONTOURING also bricks are listed, hits are put into rows, vertices are gathered, get their normals and are
@@ -868,6 +874,10 @@
      >>kernel_source        src/output/kernel_source.h
      >>follow_level_set     src/tools/follow_level_set.h
      >>combine              src/tools/combine.h
+     >>cell_marks           src/tools/cell_marks.h
+     >>combine_undo         src/tools/combine_undo.h
+     >>combined_originals   src/tools/combined_originals.h
+     >>completion           src/tools/completion.h
      >>remodel              src/tools/remodel.h
      >>set_labels           src/tiling/set_labels.h
      >>bodies               src/tiling/bodies.h
@@ -1038,6 +1048,9 @@
   #define springls_material_triangle_count SPRINGLS__NAME(springls_material_triangle_count)
   #define springls_combine SPRINGLS__NAME(springls_combine)
   #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
+  #define springls_combine_begin SPRINGLS__NAME(springls_combine_begin)
+  #define springls_combine_implicit_begin SPRINGLS__NAME(springls_combine_implicit_begin)
+  #define springls_combine_continue SPRINGLS__NAME(springls_combine_continue)
   #define springls_follow_level_set SPRINGLS__NAME(springls_follow_level_set)
   #define springls_offset SPRINGLS__NAME(springls_offset)
   #define springls_smooth SPRINGLS__NAME(springls_smooth)
@@ -2170,13 +2183,31 @@ typedef enum springls_operation {
      keep their numbers. springls_set_reference begins anew with the present springls, in the same memory.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
-   After OUT_OF_MEMORY the model is empty. */
+   After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. Where that fails the
    model stays as it is. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
+
+/* Begins what springls_combine does, in as many calls of springls_combine_continue as the caller likes, with the same bits. Completes a
+   step, an update of chunks or a combination in progress; takes the step that springls_write waits for, and copies the other model where
+   it lies in another window, undivided. The other model is borrowed until the combination is done: it may be read, but must not be
+   destroyed, and where it has changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as they meet one
+   with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or needs it whole
+   completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it; springls_restore
+   goes back to the snapshot as from the model before. */
+SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other);
+
+/* Begins what springls_combine_implicit does: samples the function, undivided, into a model that it keeps until the end. */
+SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+                                                             springls_implicit_fn fn, void *user);
+
+/* Continues the combination for about `seconds` by trace.now, as springls_step_continue does a step, and sets *done when it is
+   complete. Without one in progress: OK, *done = true. A failure of the combination ends it, and the model is as it was before; one
+   of the arguments, NULL or NaN, leaves it in progress. */
+SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done);
 
 /* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
    have just been made at `count` world points. Called on the caller's thread. */
@@ -6435,7 +6466,11 @@ typedef struct springls__saved_level_set {
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
     bool active;
-    struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
+    struct springls_chunks *chunks; /* their update is in progress (chunks.h) instead of a step                 */
+    struct springls__combination *combination; /* is in progress (combine.h) instead of a step                  */
+    springls_context *owned; /* a model that ends with the combination; NULL: none                              */
+    springls_status (*go_on)(springls_context *ctx); /* is asked before it is resumed; NULL: nothing is to be asked */
+    void (*ended)(springls_context *ctx, springls_status status); /* is told its end, CANCELLED: dropped; NULL: nobody is */
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
@@ -6506,6 +6541,8 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    struct springls__completion *completion; /* of a model that is being completed (completion.h)               */
+    springls__buffer undo_memory; /* the model as it was before a combination (combine_undo.h)                   */
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
@@ -13727,12 +13764,21 @@ SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__en
     ctx->step.active = true;
 }
 
+/* Tells what was in progress how it has ended, once. */
+SPRINGLS__FN void springls__tell_end(springls_context *ctx, springls_status status)
+{
+    void (*ended)(springls_context *ctx, springls_status status) = ctx->step.ended;
+    ctx->step.ended = NULL;
+    if (ended) (ended)(ctx, status);
+}
+
 /* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
     if (ctx->step.active) springls__turn_clocks(ctx);
     springls__unwind(ctx);
     ctx->step.active = false;
+    springls__tell_end(ctx, SPRINGLS_CANCELLED);
 }
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
@@ -13828,18 +13874,31 @@ SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, 
     return axis;
 }
 
-/* Makes the nodes: splits in halves down to leaves of at most four triangles. */
-SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items)
+/* How much of a hierarchy has been built. */
+typedef struct springls__bvh_progress {
+    int stack[SPRINGLS__BVH_STACK], top; /* nodes that wait to be split  */
+    int unbound;                         /* nodes that have no bounds yet */
+} springls__bvh_progress;
+
+SPRINGLS__FN void springls__bvh_begin(springls__surface *surface, springls__bvh_progress *progress)
 {
-    int stack[SPRINGLS__BVH_STACK], top = 0;
     surface->nodes[0].first = 0;
     surface->nodes[0].count = surface->count;
     surface->node_count = 1;
-    stack[top++] = 0;
-    while (top) {
-        springls__bvh_node *node = &surface->nodes[stack[--top]], *child = &surface->nodes[surface->node_count];
+    progress->stack[0] = 0;
+    progress->top = 1;
+    progress->unbound = -1;
+}
+
+/* Makes nodes: splits in halves down to leaves of at most four triangles. Ends when none waits, or the nodes split had `most` items
+   together. */
+SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items, springls__bvh_progress *progress, int most)
+{
+    while (progress->top && most > 0) {
+        springls__bvh_node *node = &surface->nodes[progress->stack[--progress->top]], *child = &surface->nodes[surface->node_count];
         int first = node->first, count = node->count, half = count / 2;
         if (count <= SPRINGLS__BVH_LEAF) continue;
+        most -= count;
         springls__bvh_select(items, first, first + count - 1, first + half, springls__bvh_axis(items, first, count));
         node->first = surface->node_count;
         node->count = 0;
@@ -13847,34 +13906,39 @@ SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_
         child[0].count = half;
         child[1].first = first + half;
         child[1].count = count - half;
-        stack[top++] = surface->node_count + 1;
-        stack[top++] = surface->node_count;
+        progress->stack[progress->top++] = surface->node_count + 1;
+        progress->stack[progress->top++] = surface->node_count;
         surface->node_count += 2;
     }
 }
 
-/* Computes the bounds of all nodes, children before their parents. */
-SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
+/* Computes the bounds of a node, whose children have theirs. */
+SPRINGLS__FN void springls__bvh_bound_node(const springls__surface *surface, springls__bvh_node *node)
 {
-    int n, i, k;
-    for (n = surface->node_count - 1; n >= 0; n--) {
-        springls__bvh_node *node = &surface->nodes[n];
-        for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }
-        if (!node->count) {
-            const springls__bvh_node *child = &surface->nodes[node->first];
-            for (k = 0; k < 3; k++) {
-                node->lower[k] = springls__min(child[0].lower[k], child[1].lower[k]);
-                node->upper[k] = springls__max(child[0].upper[k], child[1].upper[k]);
-            }
-            continue;
+    int i, k;
+    for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }
+    if (!node->count) {
+        const springls__bvh_node *child = &surface->nodes[node->first];
+        for (k = 0; k < 3; k++) {
+            node->lower[k] = springls__min(child[0].lower[k], child[1].lower[k]);
+            node->upper[k] = springls__max(child[0].upper[k], child[1].upper[k]);
         }
-        for (i = 0; i < 3 * node->count; i++) {
-            springls__v3 p = surface->points[3 * surface->order[node->first + i / 3] + i % 3];
-            node->lower[0] = springls__min(node->lower[0], p.x); node->upper[0] = springls__max(node->upper[0], p.x);
-            node->lower[1] = springls__min(node->lower[1], p.y); node->upper[1] = springls__max(node->upper[1], p.y);
-            node->lower[2] = springls__min(node->lower[2], p.z); node->upper[2] = springls__max(node->upper[2], p.z);
-        }
+        return;
     }
+    for (i = 0; i < 3 * node->count; i++) {
+        springls__v3 p = surface->points[3 * surface->order[node->first + i / 3] + i % 3];
+        node->lower[0] = springls__min(node->lower[0], p.x); node->upper[0] = springls__max(node->upper[0], p.x);
+        node->lower[1] = springls__min(node->lower[1], p.y); node->upper[1] = springls__max(node->upper[1], p.y);
+        node->lower[2] = springls__min(node->lower[2], p.z); node->upper[2] = springls__max(node->upper[2], p.z);
+    }
+}
+
+/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
+SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+{
+    int k;
+    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
+    if (progress->unbound > 0) return;
     surface->magnitude = 0.0f;
     for (k = 0; k < 3; k++) {
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].lower[k]));
@@ -13882,20 +13946,33 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
-/* Makes room for n triangles; keeps the first `keep` and their nodes. */
-SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+/* Makes room for the corners of n triangles; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
-    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    const springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
+                                                         3 * keep * sizeof(springls__v3));
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    return status;
+}
+
+/* Makes room for the hierarchy of n triangles; keep: the triangles whose nodes are kept, or 0. */
+SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    const size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
     const size_t most_nodes = n + SPRINGLS__BVH_JOINS;
-    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
-                                                   3 * keep * sizeof(springls__v3));
-    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK)
         status = springls__buffer_grow(ctx, &surface->nodes_memory, most_nodes, sizeof(springls__bvh_node), nodes);
-    surface->points = (springls__v3 *)surface->points_memory.data;
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
     return status;
+}
+
+/* Makes room for n triangles; keeps the first `keep` and their nodes. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, keep);
+    return status == SPRINGLS_OK ? of_nodes : status;
 }
 
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
@@ -13914,14 +13991,11 @@ SPRINGLS__FN springls_status springls__bvh_reserve(springls_context *ctx, size_t
     return springls__buffer_grow(ctx, &ctx->bvh_memory, n, sizeof(springls__bvh_item), 0);
 }
 
-/* Builds the hierarchy of the first `count` triangles in surface->points. */
-SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
+/* Begins to build the hierarchy of the first `count` triangles, more than 0, in surface->points. items: room for so many. */
+SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int count, springls__bvh_item *items,
+                                                springls__bvh_progress *progress)
 {
-    springls__bvh_item *items;
     int i;
-    if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
-    items = (springls__bvh_item *)ctx->bvh_memory.data;
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;
@@ -13931,9 +14005,36 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     }
     surface->count = surface->given = count;
     surface->joins = 0;
-    springls__bvh_split(surface, items);
-    for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
-    springls__bvh_bound(surface);
+    springls__bvh_begin(surface, progress);
+}
+
+/* Goes on with that, by so much that the nodes split have `most` items together, or by so many bounds. Returns false at the end. */
+SPRINGLS__FN bool springls__surface_build_more(springls__surface *surface, springls__bvh_item *items, springls__bvh_progress *progress,
+                                               int most)
+{
+    int i;
+    if (progress->top) {
+        springls__bvh_split(surface, items, progress, most);
+        return true;
+    }
+    if (progress->unbound < 0) {
+        for (i = 0; i < surface->count; i++) surface->order[i] = items[i].triangle;
+        progress->unbound = surface->node_count;
+    }
+    springls__bvh_bound(surface, progress, most);
+    return progress->unbound > 0;
+}
+
+/* Builds the hierarchy of the first `count` triangles in surface->points. */
+SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
+{
+    springls__bvh_progress progress;
+    springls__bvh_item *items;
+    if (count <= 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
+    items = (springls__bvh_item *)ctx->bvh_memory.data;
+    springls__surface_build_begin(surface, count, items, &progress);
+    while (springls__surface_build_more(surface, items, &progress, INT32_MAX)) { }
     return SPRINGLS_OK;
 }
 
@@ -23340,20 +23441,22 @@ SPRINGLS__FN springls_status springls__rest_look(springls_context *ctx, springls
 /* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
-    springls_status status;
+    springls_status status = SPRINGLS_OK;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
     springls__turn_clocks(ctx);
-    status = springls__resume(ctx, until);
+    if (ctx->step.go_on) status = (ctx->step.go_on)(ctx);
+    if (status == SPRINGLS_OK) status = springls__resume(ctx, until);
     if (status != SPRINGLS_OK) springls__unwind(ctx);
     springls__turn_clocks(ctx);
     ctx->calls--;
     ctx->step.active = ctx->work.depth > 0;
     if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
+    if (!ctx->step.active) springls__tell_end(ctx, status);
     return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
+/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working memory begin
    with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
@@ -23423,7 +23526,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx)
 {
-    return ctx && ctx->step.active && !ctx->step.chunks;
+    return ctx && ctx->step.active && !ctx->step.chunks && !ctx->step.combination;
 }
 
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
@@ -23854,6 +23957,7 @@ enum { SPRINGLS__DEFAULT_MAX_SPRINGLS = 64 * 1000 * 1000 };
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
     int i;
+    if (ctx->step.ended) springls__abandon_step(ctx);
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__surface_free(ctx, &ctx->contour_surface);
@@ -23868,6 +23972,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
     springls__buffer_free(ctx, &ctx->saved.memory);
+    springls__buffer_free(ctx, &ctx->undo_memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS__SURFACE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->surface_memory[i]);
@@ -24112,7 +24217,12 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
-SPRINGLS_API size_t springls_memory_used(const springls_context *ctx) { return ctx ? ctx->memory_used : 0; }
+
+SPRINGLS_API size_t springls_memory_used(const springls_context *ctx)
+{
+    return ctx ? ctx->memory_used + springls_memory_used(ctx->step.owned) : 0;
+}
+
 SPRINGLS_API int springls_version(void) { return SPRINGLS_VERSION; }
 
 SPRINGLS_API const char *springls_version_string(void)
@@ -33878,6 +33988,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__table tables[2];
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    if (ctx->step.combination) springls__abandon_step(ctx); /* the original surface, too, is as before it */
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
     springls__tables_of_block(ctx, &s, &layout, (const char *)block, tables);
@@ -34252,7 +34363,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1192 \"springls.h\"\n",
+    "#line 1205 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -34366,7 +34477,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2582 \"springls.h\"\n",
+    "#line 2613 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -34482,7 +34593,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2699 \"springls.h\"\n",
+    "#line 2730 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -34504,7 +34615,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2722 \"springls.h\"\n",
+    "#line 2753 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34519,7 +34630,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2738 \"springls.h\"\n",
+    "#line 2769 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34643,7 +34754,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2862 \"springls.h\"\n",
+    "#line 2893 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -34713,7 +34824,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2933 \"springls.h\"\n",
+    "#line 2964 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -34933,7 +35044,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3154 \"springls.h\"\n",
+    "#line 3185 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34948,7 +35059,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3169 \"springls.h\"\n",
+    "#line 3200 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35072,14 +35183,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3324 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3301 \"springls.h\"\n",
+    "#line 3332 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -35205,7 +35316,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3428 \"springls.h\"\n",
+    "#line 3459 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -35260,7 +35371,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3484 \"springls.h\"\n",
+    "#line 3515 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -35349,7 +35460,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3574 \"springls.h\"\n",
+    "#line 3605 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -35361,7 +35472,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3586 \"springls.h\"\n",
+    "#line 3617 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35376,7 +35487,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3602 \"springls.h\"\n",
+    "#line 3633 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -35420,7 +35531,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3646 \"springls.h\"\n",
+    "#line 3677 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35435,7 +35546,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3661 \"springls.h\"\n",
+    "#line 3692 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -35479,7 +35590,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3705 \"springls.h\"\n",
+    "#line 3736 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -35558,7 +35669,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3784 \"springls.h\"\n",
+    "#line 3815 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35573,7 +35684,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3800 \"springls.h\"\n",
+    "#line 3831 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -35640,7 +35751,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3867 \"springls.h\"\n",
+    "#line 3898 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35655,7 +35766,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3882 \"springls.h\"\n",
+    "#line 3913 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -35722,7 +35833,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3950 \"springls.h\"\n",
+    "#line 3981 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -36108,7 +36219,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4337 \"springls.h\"\n",
+    "#line 4368 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -36817,7 +36928,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5047 \"springls.h\"\n",
+    "#line 5078 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -37077,7 +37188,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5308 \"springls.h\"\n",
+    "#line 5339 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -37279,7 +37390,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5511 \"springls.h\"\n",
+    "#line 5542 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -37396,7 +37507,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5629 \"springls.h\"\n",
+    "#line 5660 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -37593,7 +37704,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5826 \"springls.h\"\n",
+    "#line 5857 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37608,7 +37719,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5842 \"springls.h\"\n",
+    "#line 5873 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -37802,7 +37913,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6036 \"springls.h\"\n",
+    "#line 6067 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37817,7 +37928,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6051 \"springls.h\"\n",
+    "#line 6082 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38011,7 +38122,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6846 \"springls.h\"\n",
+    "#line 6883 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -38411,7 +38522,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7247 \"springls.h\"\n",
+    "#line 7284 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -38437,7 +38548,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7274 \"springls.h\"\n",
+    "#line 7311 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -38525,7 +38636,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7363 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -38665,7 +38776,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7504 \"springls.h\"\n",
+    "#line 7541 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -38770,7 +38881,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7610 \"springls.h\"\n",
+    "#line 7647 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -39002,7 +39113,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7843 \"springls.h\"\n",
+    "#line 7880 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -39032,7 +39143,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7873 \"springls.h\"\n",
+    "#line 7910 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39047,7 +39158,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7889 \"springls.h\"\n",
+    "#line 7926 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39216,7 +39327,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8058 \"springls.h\"\n",
+    "#line 8095 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39231,7 +39342,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8073 \"springls.h\"\n",
+    "#line 8110 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39400,7 +39511,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8242 \"springls.h\"\n",
+    "#line 8279 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -39454,7 +39565,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8334 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -39480,7 +39591,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8323 \"springls.h\"\n",
+    "#line 8360 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39495,7 +39606,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8339 \"springls.h\"\n",
+    "#line 8376 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39578,7 +39689,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8422 \"springls.h\"\n",
+    "#line 8459 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39593,7 +39704,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8437 \"springls.h\"\n",
+    "#line 8474 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39676,7 +39787,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8520 \"springls.h\"\n",
+    "#line 8557 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -39750,7 +39861,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8595 \"springls.h\"\n",
+    "#line 8632 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -40303,7 +40414,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9149 \"springls.h\"\n",
+    "#line 9186 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -40399,7 +40510,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9246 \"springls.h\"\n",
+    "#line 9283 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -40520,7 +40631,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9368 \"springls.h\"\n",
+    "#line 9405 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -40801,7 +40912,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9650 \"springls.h\"\n",
+    "#line 9687 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -40887,7 +40998,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9737 \"springls.h\"\n",
+    "#line 9774 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -41030,7 +41141,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9881 \"springls.h\"\n",
+    "#line 9918 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -41219,7 +41330,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10071 \"springls.h\"\n",
+    "#line 10108 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -41344,7 +41455,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10197 \"springls.h\"\n",
+    "#line 10234 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -41378,7 +41489,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10232 \"springls.h\"\n",
+    "#line 10269 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -41916,7 +42027,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10771 \"springls.h\"\n",
+    "#line 10808 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -42066,7 +42177,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10922 \"springls.h\"\n",
+    "#line 10959 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -42144,7 +42255,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11001 \"springls.h\"\n",
+    "#line 11038 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -42393,7 +42504,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11251 \"springls.h\"\n",
+    "#line 11288 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -42618,7 +42729,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11477 \"springls.h\"\n",
+    "#line 11514 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -42722,7 +42833,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11582 \"springls.h\"\n",
+    "#line 11619 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -42819,7 +42930,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11680 \"springls.h\"\n",
+    "#line 11717 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -43357,7 +43468,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12219 \"springls.h\"\n",
+    "#line 12256 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -43390,7 +43501,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12253 \"springls.h\"\n",
+    "#line 12290 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -43415,14 +43526,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12279 \"springls.h\"\n",
+    "#line 12316 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12286 \"springls.h\"\n",
+    "#line 12323 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43437,7 +43548,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12302 \"springls.h\"\n",
+    "#line 12339 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43563,7 +43674,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12428 \"springls.h\"\n",
+    "#line 12465 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43578,7 +43689,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12443 \"springls.h\"\n",
+    "#line 12480 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43704,7 +43815,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12570 \"springls.h\"\n",
+    "#line 12607 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -43996,7 +44107,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12863 \"springls.h\"\n",
+    "#line 12900 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -44131,7 +44242,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17507 \"springls.h\"\n",
+    "#line 17608 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -45194,7 +45305,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18571 \"springls.h\"\n",
+    "#line 18672 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -45791,7 +45902,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19169 \"springls.h\"\n",
+    "#line 19270 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -46388,7 +46499,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 46392 \"springls.h\"\n",
+    "#line 46503 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -46913,356 +47024,10 @@ SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count
     if (count) *count = (int)(sizeof springls__kernel_lines / sizeof *springls__kernel_lines) - 1;
 }
 
-/* ======== >>combine  (src/tools/combine.h) ===================================================================== */
-/* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
-   the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
-   the seam, the springls correct it (project, keep_edges). */
+/* ======== >>cell_marks  (src/tools/cell_marks.h) =============================================================== */
+/* cell_marks.h - marks where something is: a bit for each cell of a box. */
 
-/* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
-   surface, by the direction they face. */
-typedef struct springls__side_rule {
-    const springls__grid *grid;      /* of the other operand                                                       */
-    const springls__surface *surface; /* of its springls                                                           */
-    float sign;
-    bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
-    springls__box box;               /* of the grid's active bricks, with a voxel around: beyond it phi is constant */
-} springls__side_rule;
-
-/* Returns a box of the active bricks of a grid, voxels, with room for the voxels that a sample beside them takes. */
-SPRINGLS__FN springls__box springls__box_of_bricks(const springls__grid *g)
-{
-    springls__box box = springls__box_empty();
-    int i, o[3];
-    for (i = 0; i < g->active_count; i++) {
-        springls__slot_origin(g, g->active[i], o);
-        box = springls__box_add(box, springls__v3_make((float)o[0] - 1.0f, (float)o[1] - 1.0f, (float)o[2] - 1.0f));
-        box = springls__box_add(box, springls__v3_make((float)o[0] + 8.0f, (float)o[1] + 8.0f, (float)o[2] + 8.0f));
-    }
-    return box;
-}
-
-/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
-SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
-                                                   springls_operation operation, bool second)
-{
-    const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    springls__side_rule rule;
-    rule.grid = grid;
-    rule.surface = surface;
-    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
-    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
-    rule.keep_opposite = !second && difference;
-    rule.box = springls__box_of_bricks(grid);
-    return rule;
-}
-
-/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
-enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
-
-#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
-#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
-#define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
-#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
-
-/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
-SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
-{
-    springls__box box = springls__box_empty();
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 p = ctx->model.set.s[i].p;
-        const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
-        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
-        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
-    }
-    return box;
-}
-
-SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const springls__box *box)
-{
-    const float r = s->bounding_radius;
-    return s->p.x + r >= box->lower.x && s->p.y + r >= box->lower.y && s->p.z + r >= box->lower.z && s->p.x - r <= box->upper.x
-           && s->p.y - r <= box->upper.y && s->p.z - r <= box->upper.z;
-}
-
-/* Makes the surface of those springls of a model that reach a box. */
-SPRINGLS__FN springls_status springls__surface_in_box(springls_context *ctx, springls__surface *surface,
-                                                      const springls_context *model, const springls__box *box)
-{
-    const springls__springl *s = model->model.set.s;
-    int i, m, count = 0;
-    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], box);
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
-    for (i = count = 0; i < model->model.set.count; i++) {
-        if (!springls__reaches_box(&s[i], box)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
-        count++;
-    }
-    return springls__surface_finish(ctx, surface, count);
-}
-
-/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
-   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
-   but beyond its edge, may bound the result. */
-SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
-{
-    springls__v3 m = springls__tri_normal(t);
-    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
-    *d2 = springls__tri_closest(t, p).d2;
-    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
-    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
-        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
-    return SPRINGLS__OFF_SURFACE;
-}
-
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
-   Triangles come first because phi is inexact between voxels at sharp edges. */
-SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
-{
-    springls__v3 n = springls__springl_normal(*s);
-    springls__near_walk walk;
-    float cosine, d2, least = FLT_MAX;
-    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
-    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
-    while ((i = springls__near_walk_next(&walk)) >= 0) {
-        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
-        least = d2;
-        facing = to_triangle;
-    }
-    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
-    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
-    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
-    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
-}
-
-/* Samples phi of the other operand. Beyond its bricks, where most springls are when that is a tool, it is the same to the bit without
-   interpolating. */
-SPRINGLS__FN float springls__sample_other(const springls__side_rule *rule, springls__v3 p)
-{
-    const springls__grid *g = rule->grid;
-    const springls__v3 lower = rule->box.lower, upper = rule->box.upper;
-    if (p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z)
-        return springls__grid_sample(g, g->phi, p);
-    return g->phi[(size_t)springls__slot_of_place(g, p) * SPRINGLS__BRICK_VOXELS];
-}
-
-SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
-{
-    float phi = springls__sample_other(rule, s->p);
-    int facing = springls__facing_surface(rule, s, phi);
-    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
-    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
-    return rule->sign * phi > 0.0f;
-}
-
-/* Moves the corners of a springl that lie beyond the seam onto it, towards the particle. */
-SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
-{
-    const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
-    float phi_p = rule->sign * springls__sample_other(rule, s.p);
-    int m;
-    if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
-    for (m = 0; m < 3 && phi_p > min_distance; m++) {
-        float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
-        if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
-    }
-    return springls__springl_finished(s);
-}
-
-SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
-{
-    if (operation == SPRINGLS_OPERATION_UNION) return springls__min(a, b);
-    return springls__max(a, operation == SPRINGLS_OPERATION_DIFFERENCE ? -b : b);
-}
-
-/* ---- level sets ---- */
-
-/* Activates the bricks that are active in either, in a top table that has those of both. */
-SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
-{
-    springls__brick_groups groups = springls__no_groups();
-    int i, *list;
-    springls__keep_grid(other, &groups, springls__unmoved);
-    SPRINGLS__TRY(springls__table_cover(ctx, groups));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
-    list = springls__brick_list(&ctx->model);
-    for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
-    return springls__grid_add_bricks(ctx, list, other->active_count);
-}
-
-/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
-   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
-SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
-                                            float a, float b, const int at[3])
-{
-    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
-    springls__v3 n, m;
-    float cosine;
-    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
-    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
-    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
-    cosine = springls__dot(n, m);
-    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
-}
-
-/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
-SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
-{
-    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
-}
-
-/* Returns whether an operation leaves phi as it is where the other operand has a slot: no value is beyond those of constant bricks. */
-SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other_slot)
-{
-    return other_slot == (operation == SPRINGLS_OPERATION_INTERSECTION ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE);
-}
-
-/* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
-SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
-{
-    const int slot = g->top[entry];
-    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    const float *other_phi = springls__phi_of_entry(other, g, entry);
-    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
-    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    int o[3], at[3], v;
-    springls__slot_origin(g, slot, o);
-    if (springls__leaves_brick(operation, springls__slot_of_brick(other, g->slot_brick[slot]))) {
-        memcpy(out, phi, SPRINGLS__BRICK_VOXELS * sizeof *out);
-        return;
-    }
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        springls__voxel_of_brick(o, v, at);
-        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
-               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
-        if (out[v] != phi[v]) springls__end_calm(g, slot);
-    }
-}
-
-/* Computes phi of the result in every brick. The bricks of both are active. */
-SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, entries = (int)springls__entry_count(g);
-    for (i = 0; i < entries; i++)
-        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, i);
-    for (i = 0; i < entries; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
-                                               *springls__phi_of_entry(other, g, i)) < 0.0f
-                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    springls__swap_phi(ctx);
-    ctx->omega_fresh = false;
-}
-
-/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
-typedef struct springls__both_references {
-    const springls__grid *first, *second;
-    springls__grid grid;
-    springls__buffer plane, top, phi;
-} springls__both_references;
-
-/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
-   slots. */
-SPRINGLS__FN int springls__number_references(springls__both_references *both)
-{
-    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
-    for (i = 0; i < entries; i++) {
-        const int brick = springls__brick_of_entry(&both->grid, i);
-        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
-        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
-    }
-    return slot_count;
-}
-
-/* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses
-   phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
-SPRINGLS__FN void springls__merge_references(springls__both_references *both)
-{
-    springls__grid *g = &both->grid;
-    int i, v, entries = (int)springls__entry_count(g);
-    springls__fill(g->phi, SPRINGLS__OUTSIDE, both->first->far_value);
-    springls__fill(g->phi, SPRINGLS__INSIDE, -both->first->far_value);
-    for (i = 0; i < entries; i++) {
-        const float *a = springls__phi_of_entry(both->first, g, i), *b = springls__phi_of_entry(both->second, g, i);
-        float *out = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-    }
-}
-
-/* Replaces a buffer of the model by another. */
-SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__array array, const springls__buffer *by)
-{
-    springls__buffer *memory = &ctx->memory[array];
-    springls__release(ctx, memory->data, memory->bytes);
-    memory->data = by->data;
-    memory->bytes = by->bytes;
-}
-
-/* Makes the memory of the reference that is made of both, and numbers its bricks. */
-SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
-{
-    springls__grid *g = &both->grid;
-    springls__brick_groups groups = springls__no_groups();
-    springls__table table;
-    springls__keep_grid(both->first, &groups, springls__unmoved);
-    springls__keep_grid(both->second, &groups, springls__unmoved);
-    table = springls__table_of(both->first, &groups);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
-    g->plane = (int *)both->plane.data;
-    g->top = (int *)both->top.data;
-    springls__take_table(g, &table);
-    g->slot_count = springls__number_references(both);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    g->phi = (float *)both->phi.data;
-    return SPRINGLS_OK;
-}
-
-/* Replaces the reference level set by that of both originals. */
-SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
-{
-    springls__grid *g = &ctx->model.reference;
-    springls__both_references both;
-    springls_status status;
-    memset(&both, 0, sizeof both);
-    both.first = g;
-    both.second = other;
-    both.grid = *g;
-    status = springls__reserve_references(ctx, &both);
-    if (status != SPRINGLS_OK) {
-        springls__buffer_free(ctx, &both.top);
-        springls__buffer_free(ctx, &both.plane);
-        return status;
-    }
-    springls__merge_references(&both);
-    g->table = both.grid.table;
-    g->slot_count = both.grid.slot_count;
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both.plane);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both.top);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both.phi);
-    springls__bind(ctx);
-    return SPRINGLS_OK;
-}
-
-/* ---- original surfaces ---- */
-
-/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
-   caller's meshes that come before those of `from`. */
-SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
-                                           bool turn)
-{
-    int i, k;
-    for (i = 0; i < from->count; i++) {
-        for (k = 0; k < 3; k++) to->points[3 * (at + i) + k] = from->points[3 * i + (turn && k ? 3 - k : k)];
-        to->source[at + i] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
-    }
-}
-
-/* Where correspondences are: a bit for each cell of a box around a surface. */
+/* A bit for each cell of a box. */
 typedef struct springls__cell_marks {
     springls__v3 lower;
     float scale; /* cells a voxel */
@@ -47301,255 +47066,385 @@ SPRINGLS__FN bool springls__visit_cells(const springls__cell_marks *marks, sprin
     return false;
 }
 
-/* Makes cells of a voxel, or of more where those would be too many, around the original surface, and marks those that a
-   correspondence is near. */
-SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
+/* Makes cells, none of them marked, in a box: `scale` a voxel, or fewer where those would be too many. */
+SPRINGLS__FN springls_status springls__cell_marks_begin(springls_context *ctx, springls__cell_marks *marks, springls__v3 lower,
+                                                        springls__v3 upper, float scale)
 {
-    const float margin = 1.0f;             /* voxel: a new springl's correspondence lies between those around it */
     const double most = (double)(1 << 24); /* cells */
-    const springls__bvh_node *bounds = &ctx->original.nodes[0];
+    const float extent[3] = { upper.x - lower.x, upper.y - lower.y, upper.z - lower.z };
     double cells = most + 1.0;
-    int axis, i;
-    memset(marks, 0, sizeof *marks);
-    marks->lower = springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]);
-    for (marks->scale = 1.0f; cells > most; marks->scale *= 0.5f)
+    int axis;
+    marks->lower = lower;
+    for (marks->scale = scale; cells > most; marks->scale *= 0.5f)
         for (axis = 0, cells = 1.0; axis < 3; axis++) {
-            marks->size[axis] = 1 + (int)springls__min((bounds->upper[axis] - bounds->lower[axis]) * marks->scale, (float)most);
+            marks->size[axis] = 1 + (int)springls__min(springls__max(extent[axis], 0.0f) * marks->scale, (float)most);
             cells *= (double)marks->size[axis];
         }
     marks->scale *= 2.0f; /* as that which fits */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &marks->memory, (size_t)cells / 32 + 1, sizeof(uint32_t), 0));
     marks->bits = (uint32_t *)marks->memory.data;
     memset(marks->bits, 0, ((size_t)cells / 32 + 1) * sizeof(uint32_t));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 a = ctx->model.set.a[i];
-        springls__visit_cells(marks, springls__v3_make(a.x - margin, a.y - margin, a.z - margin),
-                              springls__v3_make(a.x + margin, a.y + margin, a.z + margin), true);
-    }
     return SPRINGLS_OK;
 }
 
-/* Drops the triangles of the original surface that no springl has its correspondence on or near: of parts that later combinations have cut
-   away. The others keep their numbers in the caller's meshes, and wait for the hierarchy to be built. */
-SPRINGLS__FN springls_status springls__drop_unused_originals(springls_context *ctx)
+/* Marks the cells within a distance of a place. */
+SPRINGLS__FN void springls__mark_cells_around(const springls__cell_marks *marks, springls__v3 x, float r)
 {
-    springls__surface *own = &ctx->original;
-    int *source = (int *)own->source_memory.data;
-    springls__cell_marks marks;
-    int i, k, n = 0;
-    if (own->count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__mark_correspondences(ctx, &marks));
-    for (i = 0; i < own->count; i++) {
-        springls__box box = springls__box_empty();
-        for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
-        if (!springls__visit_cells(&marks, box.lower, box.upper, false)) continue;
-        for (k = 0; k < 3; k++) own->points[3 * n + k] = own->points[3 * i + k];
-        source[n++] = source[i];
+    springls__visit_cells(marks, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r), true);
+}
+
+/* ======== >>combine_undo  (src/tools/combine_undo.h) =========================================================== */
+/* combine_undo.h - remembers the model before a combination, to go back to it on failure: its arrays, one after the other, and numbers. The
+   original surface and the reference level set go back by themselves (combined_originals.h). */
+
+/* The arrays that a combination may change, but those that are found again when they are needed. */
+#define SPRINGLS__UNDO_BITS                                                                                                      \
+    (SPRINGLS__SET_BITS | SPRINGLS__BIT(ASLEEP) | SPRINGLS__BIT(NEIGHBORS)                                                       \
+     | ((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(PHI_NEXT))))
+
+/* Lists the numbers that a combination may change: X(member of the context). */
+#define SPRINGLS__UNDO_NUMBERS(X)                                                                                                \
+    X(stats) X(lag) X(lag_turned) X(away) X(opposed) X(at_rest) X(neighbors_uses) X(neighbors_missing) X(last_contact_body)      \
+    X(reference_stamp) X(volumes_locked)
+
+/* What is saved: arrays, values of attributes, components. */
+enum {
+    SPRINGLS__UNDO_ATTRIBUTES = SPRINGLS__ARRAY_COUNT,
+    SPRINGLS__UNDO_COMPONENTS = SPRINGLS__UNDO_ATTRIBUTES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__UNDO_PARTS
+};
+
+typedef struct springls__undo {
+    springls_context was;
+    size_t bytes[SPRINGLS__UNDO_PARTS]; /* of each part                                 */
+    size_t all;
+    bool found;                         /* components were up to date                   */
+    bool whole;                         /* all has been saved: it is possible to go back */
+} springls__undo;
+
+/* Returns a part of the model; bytes: 0 where it is not saved. */
+SPRINGLS__FN springls__buffer *springls__undo_part(springls_context *ctx, int part, size_t *bytes)
+{
+    const size_t count = (size_t)ctx->model.set.count;
+    *bytes = 0;
+    if (part >= (int)SPRINGLS__UNDO_COMPONENTS) {
+        *bytes = ctx->component_count ? ctx->component_memory.bytes : 0;
+        return &ctx->component_memory;
     }
-    own->count = n;
-    own->joins = SPRINGLS__BVH_JOINS;
-    springls__buffer_free(ctx, &marks.memory);
+    if (part >= (int)SPRINGLS__UNDO_ATTRIBUTES) {
+        springls__attribute *attribute = &ctx->attributes[part - (int)SPRINGLS__UNDO_ATTRIBUTES];
+        if (part - (int)SPRINGLS__UNDO_ATTRIBUTES < ctx->attribute_count)
+            *bytes = count * (size_t)attribute->channels * sizeof(float);
+        return &attribute->values;
+    }
+    if (springls__has_array(SPRINGLS__UNDO_BITS, part) && (part != (int)SPRINGLS__ARRAY_NEIGHBORS || ctx->neighbors_uses > 0))
+        *bytes = springls__used(ctx, (springls__array)part) * springls__element_size((springls__array)part);
+    return &ctx->memory[part];
+}
+
+SPRINGLS__FN springls_status springls__undo_begin(springls_context *ctx, springls__undo *undo)
+{
+    int part;
+    undo->was = *ctx;
+    undo->found = ctx->components_version == springls__components_source(ctx);
+    for (part = 0, undo->all = 0; part < (int)SPRINGLS__UNDO_PARTS; part++) {
+        springls__undo_part(ctx, part, &undo->bytes[part]);
+        undo->all += undo->bytes[part];
+    }
+    return springls__buffer_grow(ctx, &ctx->undo_memory, undo->all + 1, 1, 0);
+}
+
+/* Copies bytes begin <= i < end of all parts together to the memory of the undo, or back. */
+SPRINGLS__FN void springls__undo_copy(springls_context *ctx, const springls__undo *undo, size_t begin, size_t end, bool back)
+{
+    size_t first = 0, unused_bytes;
+    int part;
+    for (part = 0; part < (int)SPRINGLS__UNDO_PARTS && first < end; first += undo->bytes[part++]) {
+        const size_t from = begin > first ? begin - first : 0;
+        const size_t to = end - first < undo->bytes[part] ? end - first : undo->bytes[part];
+        char *saved = (char *)ctx->undo_memory.data + first + from, *own;
+        if (from >= to) continue;
+        own = (char *)springls__undo_part(ctx, part, &unused_bytes)->data + from;
+        if (back) memcpy(own, saved, to - from);
+        else memcpy(saved, own, to - from);
+    }
+}
+
+/* Goes back to the model as it was saved. */
+SPRINGLS__FN void springls__undo_back(springls_context *ctx, const springls__undo *undo)
+{
+    int part;
+    ctx->model = undo->was.model;
+    ctx->work.added = 0;
+    springls__bind(ctx);
+    springls__undo_copy(ctx, undo, 0, undo->all, true);
+    for (part = 0; part < (int)SPRINGLS__ARRAY_COUNT; part++) {
+        if (!springls__has_array(SPRINGLS__UNDO_BITS, part)) continue;
+        ctx->memory[part].host_stale = false;
+        ctx->memory[part].device_stale = ctx->memory[part].device_bytes > 0;
+    }
+    ctx->omega_fresh = false;
+    springls__note_writes(ctx, SPRINGLS__UNDO_BITS);
+    springls__constellation_changed(ctx);
+#define SPRINGLS__UNDO_NUMBER(member) ctx->member = undo->was.member;
+    SPRINGLS__UNDO_NUMBERS(SPRINGLS__UNDO_NUMBER)
+#undef SPRINGLS__UNDO_NUMBER
+    if (undo->found) ctx->components_version = springls__components_source(ctx);
+}
+
+/* ======== >>combined_originals  (src/tools/combined_originals.h) =============================================== */
+/* combined_originals.h - makes the original surface, and the reference level set, of two models that are combined. */
+
+/* ---- reference level sets ---- */
+
+/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
+SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
+{
+    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
+typedef struct springls__both_references {
+    const springls__grid *first, *second;
+    springls__grid grid;
+    springls__buffer plane, top, phi;
+    bool taken;             /* the model has it, and these buffers are what it had before */
+} springls__both_references;
+
+/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
+   slots. */
+SPRINGLS__FN int springls__number_references(springls__both_references *both)
+{
+    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    for (i = 0; i < entries; i++) {
+        const int brick = springls__brick_of_entry(&both->grid, i);
+        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
+    }
+    return slot_count;
+}
+
+/* Writes the reference level set of the result at the entries begin <= i < end. Of the two originals' values takes that of smaller size,
+   because tracking uses phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN void springls__merge_references_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__both_references *both = (const springls__both_references *)arg;
+    const springls__grid *g = &both->grid;
+    int v;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const float *a = springls__phi_of_entry(both->first, g, begin), *b = springls__phi_of_entry(both->second, g, begin);
+        float *out = g->phi + (size_t)g->top[begin] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[begin] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+    }
+}
+
+/* Exchanges a buffer of the model with another. */
+SPRINGLS__FN void springls__exchange_memory(springls_context *ctx, springls__array array, springls__buffer *with)
+{
+    springls__buffer *memory = &ctx->memory[array];
+    const springls__buffer before = *memory;
+    memory->data = with->data;
+    memory->bytes = with->bytes;
+    with->data = before.data;
+    with->bytes = before.bytes;
+}
+
+/* Makes the memory of the reference that is made of both, and numbers its bricks. */
+SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    springls__brick_groups groups = springls__no_groups();
+    springls__table table;
+    springls__keep_grid(both->first, &groups, springls__unmoved);
+    springls__keep_grid(both->second, &groups, springls__unmoved);
+    table = springls__table_of(both->first, &groups);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
+    g->plane = (int *)both->plane.data;
+    g->top = (int *)both->top.data;
+    springls__take_table(g, &table);
+    g->slot_count = springls__number_references(both);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->phi = (float *)both->phi.data;
     return SPRINGLS_OK;
 }
+
+/* Exchanges the reference level set of the model with that which is made of both, or back. */
+SPRINGLS__FN void springls__exchange_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &ctx->model.reference;
+    const springls__grid before = *g;
+    g->table = both->grid.table;
+    g->slot_count = both->grid.slot_count;
+    both->grid.table = before.table;
+    both->grid.slot_count = before.slot_count;
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both->plane);
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both->top);
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both->phi);
+    both->taken = !both->taken;
+    springls__bind(ctx);
+}
+
+SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__both_references *both)
+{
+    springls__buffer_free(ctx, &both->plane);
+    springls__buffer_free(ctx, &both->top);
+    springls__buffer_free(ctx, &both->phi);
+}
+
+/* ---- original surfaces ---- */
+
+/* The original surface of both models: joined to that of the first, or made anew. Where it is made anew, triangles that no springl has its
+   correspondence on or near go, now and then: of parts that combinations have cut away. The others keep their numbers in the caller's
+   meshes. */
+typedef struct springls__both_originals {
+    const springls__surface *other;
+    springls__surface before;      /* the first, as it was                                             */
+    springls__surface made;        /* made anew; where the model has taken it, what it had before      */
+    springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
+    springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
+    springls__buffer items;        /* of the builder                                                   */
+    springls__bvh_progress progress;
+    int next, count;               /* the triangle, of both together, to be copied next; those that are there */
+    bool turn;                     /* the triangles of the other                                       */
+    bool drops, joined, taken;
+} springls__both_originals;
 
 /* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
    many then share. */
 enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
 
-/* Adds the triangles of the other model's original surface to this model's. turn: turns them. */
-SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
+/* Returns true when unused triangles of the original surface are to be dropped as another one is added. */
+SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other)
+{
+    return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
+}
+
+/* Marks the cells that a correspondence is near. */
+SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
+{
+    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
+    const springls__bvh_node *bounds = &ctx->original.nodes[0];
+    int i;
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, marks, springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]),
+                                             springls__v3_make(bounds->upper[0], bounds->upper[1], bounds->upper[2]), 1.0f));
+    for (i = 0; i < ctx->model.set.count; i++) springls__mark_cells_around(marks, ctx->model.set.a[i], margin);
+    return SPRINGLS_OK;
+}
+
+/* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
+SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, springls__both_originals *both,
+                                                       const springls__surface *other, bool turn)
 {
     springls__surface *own = &ctx->original;
-    const size_t count = (size_t)own->count;
-    int i;
+    const bool joins = own->count && other->count && own->joins + other->joins + 1 <= SPRINGLS__BVH_JOINS;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, count + (size_t)other->count + 1, sizeof(int),
-                                        own->source ? count * sizeof(int) : 0));
-    if (!own->source)
-        for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
-    own->source = (int *)own->source_memory.data;
-    if (own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD)
-        SPRINGLS__TRY(springls__drop_unused_originals(ctx));
-    SPRINGLS__TRY(springls__surface_room(ctx, own, (size_t)own->count + (size_t)other->count + 1, (size_t)own->count));
-    springls__copy_triangles(own, own->count, other, own->given, turn);
-    return springls__surface_join(ctx, own, other);
+    both->other = other;
+    both->turn = turn;
+    both->drops = springls__drops_originals(own, other);
+    both->to = joins && !both->drops ? own : &both->made;
+    both->next = both->count = both->to == own ? own->count : 0;
+    return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
 }
 
-/* ---- springls ---- */
-
-/* Finds which of a model's springls stay (its contract_action), and how many. */
-SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
+/* Makes room for where the triangles of both come from. */
+SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, springls__both_originals *both)
 {
-    uint8_t *action;
+    springls__surface *to = both->to;
+    const size_t count = (size_t)both->count, all = (size_t)ctx->original.count + (size_t)both->other->count + 1;
     int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    action = springls__contract_action(&ctx->model);
-    for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        action[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        *staying += action[i] == SPRINGLS__KEEP;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &to->source_memory, all, sizeof(int), to->source ? count * sizeof(int) : 0));
+    if (to->source) to->source = (int *)to->source_memory.data;
+    else
+        for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
+    return springls__buffer_grow(ctx, &both->items, both->to == &both->made ? all : 1, sizeof(springls__bvh_item), 0);
+}
+
+/* Copies triangle i of `from`, which were given after so many others. */
+SPRINGLS__FN void springls__copy_original(springls__both_originals *both, const springls__surface *from, int i, int given_before, bool turn)
+{
+    springls__v3 *points = both->to->points + 3 * both->count;
+    int k;
+    for (k = 0; k < 3; k++) points[k] = from->points[3 * i + (turn && k ? 3 - k : k)];
+    ((int *)both->to->source_memory.data)[both->count++] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
+}
+
+/* Returns whether a correspondence may be on triangle i of this model's original surface. */
+SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *both, const springls__surface *own, int i)
+{
+    springls__box box = springls__box_empty();
+    int k;
+    if (!both->drops) return true;
+    for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
+    return springls__visit_cells(&both->marks, box.lower, box.upper, false);
+}
+
+/* Copies some triangles. */
+SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
+{
+    const springls__surface *own = &ctx->original;
+    const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
+    for (; both->next < end; both->next++)
+        if (both->next >= count) springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
+        else if (springls__is_original_used(both, own, both->next)) springls__copy_original(both, own, both->next, 0, false);
+}
+
+/* Joins the hierarchies, or begins to build that of the surface made anew. */
+SPRINGLS__FN springls_status springls__originals_copied(springls_context *ctx, springls__both_originals *both)
+{
+    springls__surface *own = &ctx->original, *made = &both->made;
+    if (both->to == own) {
+        both->before = *own;
+        own->source = (int *)own->source_memory.data;
+        both->joined = true;
+        return springls__surface_join(ctx, own, both->other);
     }
+    if (both->count > 0)
+        springls__surface_build_begin(made, both->count, (springls__bvh_item *)both->items.data, &both->progress);
+    made->source = (int *)made->source_memory.data;
+    made->given = own->given + both->other->given;
     return SPRINGLS_OK;
 }
 
-/* Copies the values of springl j for the attributes that both models have; others are 0. */
-SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+/* Exchanges the original surface of the model with that which was made anew, or back. */
+SPRINGLS__FN void springls__exchange_originals(springls_context *ctx, springls__both_originals *both)
 {
-    int i, k;
-    for (i = 0; i < ctx->attribute_count; i++) {
-        const springls__attribute *attribute = &ctx->attributes[i];
-        size_t bytes = (size_t)attribute->channels * sizeof(float);
-        k = springls_find_attribute(other, attribute->name);
-        if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__values_of(attribute, n), springls__values_of(&other->attributes[k], j), bytes);
-        else
-            memset(springls__values_of(attribute, n), 0, bytes);
-    }
+    const springls__surface before = ctx->original;
+    ctx->original = both->made;
+    both->made = before;
+    both->taken = !both->taken;
 }
 
-/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
-SPRINGLS__FN uint32_t springls__contact_body_beside(const springls_context *ctx, const springls_context *other, int j)
+/* Goes back to the original surface before. A join has moved its root, and added behind the rest. */
+SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both_originals *both)
 {
-    uint32_t body = other->model.set.contact_body[j];
-    return ctx->last_contact_body ? ctx->last_contact_body + (body ? body : 1u) : 0u;
+    springls__surface *own = &ctx->original;
+    if (both->taken) springls__exchange_originals(ctx, both);
+    if (!both->joined) return;
+    own->nodes[0] = own->nodes[both->before.node_count];
+    own->count = both->before.count;
+    own->given = both->before.given;
+    own->node_count = both->before.node_count;
+    own->joins = both->before.joins;
+    own->magnitude = both->before.magnitude;
+    own->dipoles = both->before.dipoles;
+    own->source = both->before.source;
+    both->joined = false;
 }
 
-/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
-SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
-                                               const springls__side_rule *rule, bool turn)
+SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls__both_originals *both)
 {
-    springls__record record = springls__record_load(&other->model, j);
-    uint32_t age = other->model.set.step - (record.birth >> 2);
-    int n = ctx->model.set.count;
-    record.s = springls__pull_to_surface(rule, record.s);
-    if (turn) record.s = springls__reversed(record.s);
-    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
-    springls__record_renew(&ctx->model, n, &record);
-    record.contact_body = springls__contact_body_beside(ctx, other, j);
-    springls__record_store(&ctx->model, n, record);
-    springls__constellation_added(ctx, 1);
-    springls__copy_other_values(ctx, n, other, j);
+    springls__surface_free(ctx, &both->made);
+    springls__buffer_free(ctx, &both->items);
+    springls__buffer_free(ctx, &both->marks.memory);
 }
 
-/* Reports a failure of the other model as one of this call. */
-SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
-{
-    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
-}
-
-/* Finds which springls of both models stay, and makes room for them in this one. Fails when none do, or more than max_springls. */
-SPRINGLS__FN springls_status springls__mark_both(springls_context *ctx, const springls__side_rule *rule, int *staying,
-                                                 springls_context *other, const springls__side_rule *other_rule, int *added)
-{
-    const int count = ctx->model.set.count;
-    springls_status status;
-    int i;
-    SPRINGLS__TRY(springls__mark_kept_springls(ctx, rule, staying));
-    status = springls__mark_kept_springls(other, other_rule, added);
-    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    if (*staying + *added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (*staying + *added > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, *staying + *added)));
-    for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], *staying + *added, count));
-    return SPRINGLS_OK;
-}
-
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of this model's springls
-   that reach the other's box, and of the other's that reach this one's. */
-SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other, const springls__surface surfaces[2])
-{
-    const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
-    int i, count = ctx->model.set.count, staying, added;
-    SPRINGLS__TRY(springls__mark_both(ctx, &rule, &staying, other, &other_rule, &added));
-    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
-    SPRINGLS__TRY(springls__constellation_compact(ctx));
-    springls__attributes_after_removal(ctx, count);
-    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
-    for (i = 0; i < other->model.set.count; i++)
-        if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
-            springls__copy_other_springl(ctx, other, i, &other_rule, turn);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, staying, added);
-    if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
-    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
-    ctx->stats.removed += count - staying;
-    ctx->stats.added += added;
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
-}
-
-/* ---- windows ---- */
-
-/* Widens [lower, upper], voxels of a window at `offset`, to the particles of a model along an axis. */
-SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *offset, int axis, double *lower, double *upper)
-{
-    const double moved = (double)ctx->window.offset[axis] - (double)offset[axis];
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 p = ctx->model.set.s[i].p;
-        double x = (double)(axis == 0 ? p.x : axis == 1 ? p.y : p.z) + moved;
-        if (x < *lower) *lower = x;
-        if (x > *upper) *upper = x;
-    }
-}
-
-/* Finds by how many bricks the window of a model, if it follows, moves to the middle of both models. Fails when both do not lie in
-   one window. */
-SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, springls_context *other, int bricks[3])
-{
-    int axis;
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
-    SPRINGLS__TRY(springls__ensure_on_host(other, SPRINGLS__BIT(S)));
-    for (axis = 0; axis < 3; axis++) {
-        const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
-        double lower = DBL_MAX, upper = -DBL_MAX, moved;
-        springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
-        springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
-        bricks[axis] = ctx->desc.follow ? springls__bricks_to_middle(ctx, axis, lower, upper) : 0;
-        moved = (double)SPRINGLS__BRICK * (double)bricks[axis];
-        if (lower - moved < -0.5 || upper - moved > last)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                                  "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
-                                  upper, ctx->model.grid.size[axis]);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Copies `from` to `to`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
-SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
-{
-    springls_status status;
-    size_t size;
-    void *block;
-    SPRINGLS__TRY(springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
-    block = springls__allocate(to, size);
-    if (!block) return springls__fail(to, SPRINGLS_OUT_OF_MEMORY, "out of memory");
-    status = springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size);
-    if (status == SPRINGLS_OK) status = springls_restore(to, block, size);
-    springls__release(to, block, size);
-    return status;
-}
-
-/* Makes a copy of the other model in the window of this one, whose phi has followed its springls: what lies beyond that is left out. */
-SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
-{
-    springls_status status;
-    int bricks[3], axis;
-    SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
-    status = springls__copy_model(*copy, other);
-    if (status == SPRINGLS_OK) status = springls__follow_written(*copy);
-    if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
-    for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
-        bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
-                                        -SPRINGLS__FURTHEST_MOVE, SPRINGLS__FURTHEST_MOVE);
-    if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
-    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
-}
+/* ======== >>completion  (src/tools/completion.h) =============================================================== */
+/* completion.h - completes a model whose springls and phi a tool has changed, where it is awake: makes phi a distance, finds edges, fills
+   gaps and projects phi onto the springls. */
 
 /* ---- what is awake already ---- */
 
@@ -47657,75 +47552,910 @@ SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int fi
     return SPRINGLS_OK;
 }
 
-/* Runs fill_gaps again where it has added the springls from number `first` on, until it adds none, at most five times. */
-SPRINGLS__FN springls_status springls__fill_again(springls_context *ctx, int first, springls__awake_aside *aside)
+SPRINGLS__FN void springls__awake_aside_free(springls_context *ctx, springls__awake_aside *aside)
 {
-    const int max_passes = 5;
-    int i;
-    SPRINGLS__TRY(springls__put_awake_aside(ctx, aside));
-    for (i = 0; i < max_passes && first != ctx->model.set.count; i++) {
-        SPRINGLS__TRY(springls__wake_beside(ctx, first, aside));
-        first = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    }
-    springls__put_calm_back(ctx, &aside->calm);
-    if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, aside);
+    springls__calm_aside_free(ctx, &aside->calm);
+    springls__buffer_free(ctx, &aside->awake);
+    springls__buffer_free(ctx, &aside->bricks);
+}
+
+/* A model that is being completed: ctx->completion. */
+typedef struct springls__completion {
+    bool project;                  /* projects phi onto the springls too, if params.project_level_set is set */
+    int first;                     /* fill_gaps has added the springls from this number on                   */
+    springls__awake_aside aside;
+} springls__completion;
+
+SPRINGLS__FN springls_status springls__gaps_begin(springls_context *ctx)
+{
+    ctx->completion->first = ctx->model.set.count;
     return SPRINGLS_OK;
 }
 
-/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. From the second time on only bricks beside
-   new springls are awake: elsewhere it would find what it has found. */
-SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+SPRINGLS__FN bool springls__has_filled(const springls_context *ctx) { return ctx->completion->first != ctx->model.set.count; }
+
+SPRINGLS__FN springls_status springls__fill_again_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
-    springls__awake_aside aside;
-    springls_status status;
-    SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    if (count == ctx->model.set.count) return SPRINGLS_OK;
-    memset(&aside, 0, sizeof aside);
-    status = springls__fill_again(ctx, count, &aside);
-    springls__calm_aside_free(ctx, &aside.calm);
-    springls__buffer_free(ctx, &aside.awake);
-    springls__buffer_free(ctx, &aside.bricks);
-    return status;
+    return springls__put_awake_aside(ctx, &ctx->completion->aside);
 }
 
-/* ---- the call ---- */
+/* A wide gap takes more than one pass: six with the first. */
+SPRINGLS__FN bool springls__fills_again(const springls_context *ctx)
+{
+    const int max_passes = 5;
+    return springls__round(ctx) < max_passes && springls__has_filled(ctx);
+}
 
-/* Completes a model whose springls and phi were changed, where it is awake: finds its edges, and fills its gaps. project: projects phi onto
-   the springls too, if params.project_level_set is set. */
-SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
+/* Lets all sleep but the bricks beside the springls that the last pass has added: elsewhere the next would find what it has found. */
+SPRINGLS__FN springls_status springls__wake_filled(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__wake_beside(ctx, ctx->completion->first, &ctx->completion->aside));
+    return springls__gaps_begin(ctx);
+}
+
+SPRINGLS__FN springls_status springls__fill_again_end(springls_context *ctx)
+{
+    springls__put_calm_back(ctx, &ctx->completion->aside.calm);
+    if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, &ctx->completion->aside);
+    return SPRINGLS_OK;
+}
+
+/* Runs fill_gaps until it adds no springl, at most six times. */
+static const springls__entry springls__fill_every_gap[] = {
+    SPRINGLS__DO(springls__gaps_begin)
+    SPRINGLS__CALL(springls__fill_gaps)
+    SPRINGLS__IF(springls__has_filled)
+        SPRINGLS__DO(springls__fill_again_begin)
+        SPRINGLS__REPEAT_WHILE(springls__fills_again)
+            SPRINGLS__DO(springls__wake_filled)
+            SPRINGLS__CALL(springls__fill_gaps)
+        SPRINGLS__END
+        SPRINGLS__DO(springls__fill_again_end)
+    SPRINGLS__END
+SPRINGLS__END };
+
+SPRINGLS__FN springls_status springls__completion_begin(springls_context *ctx)
 {
     springls__constellation_changed(ctx);
     springls__clear_target_volumes(ctx);
-    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
-    SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
-    SPRINGLS__TRY(springls__fill_all_gaps(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
-    if (project && ctx->model.params.project_level_set)
-        SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
-    springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
-/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
-                                               springls__surface surfaces[2])
+SPRINGLS__FN bool springls__finds_edges(const springls_context *ctx) { return ctx->model.params.keep_edges != 0; }
+
+SPRINGLS__FN bool springls__projects_completed(const springls_context *ctx)
 {
-    const springls__box own_box = springls__box_of_springls(ctx), other_box = springls__box_of_springls(other);
+    return ctx->completion->project && ctx->model.params.project_level_set;
+}
+
+static const springls__entry springls__complete[] = {
+    SPRINGLS__DO(springls__completion_begin)
+    SPRINGLS__REPEAT_WHILE(springls__sweeps_band)
+        SPRINGLS__KERNEL(redistance, BRICKS)
+        SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
+    SPRINGLS__END
+    SPRINGLS__CALL(springls__band_follow)
+    SPRINGLS__IF(springls__finds_edges) SPRINGLS__CALL(springls__find_edges) SPRINGLS__END
+    SPRINGLS__CALL(springls__fill_every_gap)
+    SPRINGLS__IF(springls__finds_edges) SPRINGLS__CALL(springls__find_edges) SPRINGLS__END
+    SPRINGLS__IF(springls__projects_completed) SPRINGLS__CALL(springls__project_level_set) SPRINGLS__END
+    SPRINGLS__DO(springls__mark_phi_synced)
+SPRINGLS__END };
+
+/* Runs one of these tables to its end. */
+SPRINGLS__FN springls_status springls__run_completion(springls_context *ctx, const springls__entry *table)
+{
+    springls__completion completion;
+    springls_status status;
+    memset(&completion, 0, sizeof completion);
+    ctx->completion = &completion;
+    status = springls__run_table(ctx, table);
+    ctx->completion = NULL;
+    springls__awake_aside_free(ctx, &completion.aside);
+    return status;
+}
+
+/* ======== >>combine  (src/tools/combine.h) ===================================================================== */
+/* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
+   the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
+   the seam, the springls correct it (project, keep_edges). A table, like a step, so that it can be left after any entry; until it has
+   ended, the model can go back to what it was. */
+
+/* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
+   surface, by the direction they face. */
+typedef struct springls__side_rule {
+    const springls__grid *grid;      /* of the other operand                                                       */
+    const springls__surface *surface; /* of its springls                                                           */
+    float sign;
+    bool keep_same, keep_opposite;   /* of springls on its surface: facing like it, or against it                  */
+    springls__box box;               /* of the grid's active bricks, with a voxel around: beyond it phi is constant */
+} springls__side_rule;
+
+/* Returns a box of the active bricks of a grid, voxels, with room for the voxels that a sample beside them takes. */
+SPRINGLS__FN springls__box springls__box_of_bricks(const springls__grid *g)
+{
+    springls__box box = springls__box_empty();
+    int i, o[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        box = springls__box_add(box, springls__v3_make((float)o[0] - 1.0f, (float)o[1] - 1.0f, (float)o[2] - 1.0f));
+        box = springls__box_add(box, springls__v3_make((float)o[0] + 8.0f, (float)o[1] + 8.0f, (float)o[2] + 8.0f));
+    }
+    return box;
+}
+
+/* Returns the rule for the springls of the first operand, or of the second. grid, surface: of the other one. */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, const springls__surface *surface,
+                                                   springls_operation operation, bool second)
+{
+    const bool difference = operation == SPRINGLS_OPERATION_DIFFERENCE;
+    springls__side_rule rule;
+    rule.grid = grid;
+    rule.surface = surface;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
+    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_opposite = !second && difference;
+    rule.box = springls__box_of_bricks(grid);
+    return rule;
+}
+
+/* Names how a springl lies to the other operand's surface: off it, or on it and facing the same or the opposite way. */
+enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE };
+
+#define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
+#define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
+#define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
+
+/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
+SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
+{
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
+        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
+        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
+    }
+    return box;
+}
+
+SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const springls__box *box)
+{
+    const float r = s->bounding_radius;
+    return s->p.x + r >= box->lower.x && s->p.y + r >= box->lower.y && s->p.z + r >= box->lower.z && s->p.x - r <= box->upper.x
+           && s->p.y - r <= box->upper.y && s->p.z - r <= box->upper.z;
+}
+
+/* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
+   triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
+   but beyond its edge, may bound the result. */
+SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, springls__v3 n, float *d2)
+{
+    springls__v3 m = springls__tri_normal(t);
+    float cosine = springls__dot(n, m), height = springls__dot(springls__sub(p, t.a), m);
+    *d2 = springls__tri_closest(t, p).d2;
+    if (cosine > SPRINGLS__PARALLEL && *d2 < SPRINGLS__ON_SURFACE * SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_SAME;
+    if (cosine < -SPRINGLS__PARALLEL && *d2 < SPRINGLS__TRIANGLE_GAP * SPRINGLS__TRIANGLE_GAP
+        && springls__fabs(height) < SPRINGLS__ON_SURFACE) return SPRINGLS__FACING_OPPOSITE;
+    return SPRINGLS__OFF_SURFACE;
+}
+
+/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+   Triangles come first because phi is inexact between voxels at sharp edges. */
+SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
+{
+    springls__v3 n = springls__springl_normal(*s);
+    springls__near_walk walk;
+    float cosine, d2, least = FLT_MAX;
+    int i, to_triangle, nearest = -1, facing = SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
+    walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 > least || (d2 == least && i > nearest)) continue;
+        least = d2;
+        nearest = i;
+        facing = to_triangle;
+    }
+    if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
+    cosine = springls__dot(n, springls__grid_gradient(rule->grid, rule->grid->phi, s->p));
+    if (cosine > SPRINGLS__PARALLEL) return SPRINGLS__FACING_SAME;
+    return cosine < -SPRINGLS__PARALLEL ? SPRINGLS__FACING_OPPOSITE : SPRINGLS__OFF_SURFACE;
+}
+
+/* Samples phi of the other operand. Beyond its bricks, where most springls are when that is a tool, it is the same to the bit without
+   interpolating. */
+SPRINGLS__FN float springls__sample_other(const springls__side_rule *rule, springls__v3 p)
+{
+    const springls__grid *g = rule->grid;
+    const springls__v3 lower = rule->box.lower, upper = rule->box.upper;
+    if (p.x >= lower.x && p.y >= lower.y && p.z >= lower.z && p.x <= upper.x && p.y <= upper.y && p.z <= upper.z)
+        return springls__grid_sample(g, g->phi, p);
+    return g->phi[(size_t)springls__slot_of_place(g, p) * SPRINGLS__BRICK_VOXELS];
+}
+
+SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
+{
+    float phi = springls__sample_other(rule, s->p);
+    int facing = springls__facing_surface(rule, s, phi);
+    if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
+    if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
+    return rule->sign * phi > 0.0f;
+}
+
+/* Moves the corners of a springl that lie beyond the seam onto it, towards the particle. */
+SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
+{
+    const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
+    float phi_p = rule->sign * springls__sample_other(rule, s.p);
+    int m;
+    if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
+    for (m = 0; m < 3 && phi_p > min_distance; m++) {
+        float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
+        if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
+    }
+    return springls__springl_finished(s);
+}
+
+SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
+{
+    if (operation == SPRINGLS_OPERATION_UNION) return springls__min(a, b);
+    return springls__max(a, operation == SPRINGLS_OPERATION_DIFFERENCE ? -b : b);
+}
+
+/* ---- level sets ---- */
+
+/* Activates the bricks that are active in either, in a top table that has those of both. */
+SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
+{
+    springls__brick_groups groups = springls__no_groups();
+    int i, *list;
+    springls__keep_grid(other, &groups, springls__unmoved);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
+    list = springls__brick_list(&ctx->model);
+    for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
+    return springls__grid_add_bricks(ctx, list, other->active_count);
+}
+
+/* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
+   operand counts as turned round. No boundary is left there. a, b: phi of the operands. */
+SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const springls__grid *g, const springls__grid *other,
+                                            float a, float b, const int at[3])
+{
+    const float touching = 1e-3f, opposite = -0.5f; /* voxels; cosine */
+    springls__v3 n, m;
+    float cosine;
+    if (springls__fabs(a) > touching || springls__fabs(b) > touching) return false;
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    m = springls__normalize(springls__voxel_gradient(other, at[0], at[1], at[2]));
+    cosine = springls__dot(n, m);
+    return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
+}
+
+/* Returns whether an operation leaves phi as it is where the other operand has a slot: no value is beyond those of constant bricks. */
+SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other_slot)
+{
+    return other_slot == (operation == SPRINGLS_OPERATION_INTERSECTION ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE);
+}
+
+/* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
+{
+    const int slot = g->top[entry];
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = springls__phi_of_entry(other, g, entry);
+    const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
+    float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int o[3], at[3], v;
+    springls__slot_origin(g, slot, o);
+    if (springls__leaves_brick(operation, springls__slot_of_brick(other, g->slot_brick[slot]))) {
+        memcpy(out, phi, SPRINGLS__BRICK_VOXELS * sizeof *out);
+        return;
+    }
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        springls__voxel_of_brick(o, v, at);
+        out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
+               ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+        if (out[v] != phi[v]) springls__end_calm(g, slot);
+    }
+}
+
+/* ---- springls ---- */
+
+/* Copies the values of springl j for the attributes that both models have; others are 0. */
+SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
+{
+    int i, k;
+    for (i = 0; i < ctx->attribute_count; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        size_t bytes = (size_t)attribute->channels * sizeof(float);
+        k = springls_find_attribute(other, attribute->name);
+        if (k >= 0 && other->attributes[k].channels == attribute->channels)
+            memcpy(springls__values_of(attribute, n), springls__values_of(&other->attributes[k], j), bytes);
+        else
+            memset(springls__values_of(attribute, n), 0, bytes);
+    }
+}
+
+/* Returns the body that springl j of the other model is of in this one; 0 when bodies are not found yet. */
+SPRINGLS__FN uint32_t springls__contact_body_beside(const springls_context *ctx, const springls_context *other, int j)
+{
+    uint32_t body = other->model.set.contact_body[j];
+    return ctx->last_contact_body ? ctx->last_contact_body + (body ? body : 1u) : 0u;
+}
+
+/* Appends springl j of the other model. It keeps its age, and becomes new in all else that refers to one model. */
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
+                                               const springls__side_rule *rule, bool turn)
+{
+    springls__record record = springls__record_load(&other->model, j);
+    uint32_t age = other->model.set.step - (record.birth >> 2);
+    int n = ctx->model.set.count;
+    record.s = springls__pull_to_surface(rule, record.s);
+    if (turn) record.s = springls__reversed(record.s);
+    record.birth = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (record.birth & 3u);
+    springls__record_renew(&ctx->model, n, &record);
+    record.contact_body = springls__contact_body_beside(ctx, other, j);
+    springls__record_store(&ctx->model, n, record);
+    springls__constellation_added(ctx, 1);
+    springls__copy_other_values(ctx, n, other, j);
+}
+
+/* Reports a failure of the other model as one of this call. */
+SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
+{
+    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+}
+
+/* ---- windows ---- */
+
+/* Widens [lower, upper], voxels of a window at `offset`, to the particles of a model along an axis. */
+SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *offset, int axis, double *lower, double *upper)
+{
+    const double moved = (double)ctx->window.offset[axis] - (double)offset[axis];
+    int i;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        double x = (double)(axis == 0 ? p.x : axis == 1 ? p.y : p.z) + moved;
+        if (x < *lower) *lower = x;
+        if (x > *upper) *upper = x;
+    }
+}
+
+/* Finds by how many bricks the window of a model, if it follows, moves to the middle of both models. Fails when both do not lie in
+   one window. */
+SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, springls_context *other, int bricks[3])
+{
+    int axis;
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(other, SPRINGLS__BIT(S)));
+    for (axis = 0; axis < 3; axis++) {
+        const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
+        double lower = DBL_MAX, upper = -DBL_MAX, moved;
+        springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
+        springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
+        bricks[axis] = ctx->desc.follow ? springls__bricks_to_middle(ctx, axis, lower, upper) : 0;
+        moved = (double)SPRINGLS__BRICK * (double)bricks[axis];
+        if (lower - moved < -0.5 || upper - moved > last)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
+                                  upper, ctx->model.grid.size[axis]);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Copies `from` to `to`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
+SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
+{
+    springls_status status;
+    size_t size;
+    void *block;
+    SPRINGLS__TRY(springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = springls__allocate(to, size);
+    if (!block) return springls__fail(to, SPRINGLS_OUT_OF_MEMORY, "out of memory");
+    status = springls_snapshot(from, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size);
+    if (status == SPRINGLS_OK) status = springls_restore(to, block, size);
+    springls__release(to, block, size);
+    return status;
+}
+
+/* Makes a copy of the other model in the window of this one, whose phi has followed its springls: what lies beyond that is left out. */
+SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
+{
+    springls_status status;
+    int bricks[3], axis;
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
+    status = springls__copy_model(*copy, other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(*copy);
+    if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
+    for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
+        bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
+                                        -SPRINGLS__FURTHEST_MOVE, SPRINGLS__FURTHEST_MOVE);
+    if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
+    return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
+}
+
+/* ---- what is in progress ---- */
+
+/* A combination in progress: ctx->step.combination. */
+typedef struct springls__combination {
+    springls_operation operation;
+    springls_context *other;         /* the other model, or a copy                                             */
+    uint64_t other_version;          /* its model_version, which has to stay                                   */
+    springls__side_rule rule[2];     /* for the springls of this model and of the other                        */
+    springls__surface surfaces[2];   /* of the triangles of both that may touch those of the other             */
+    springls__box box[2];            /* of the springls of both                                                */
+    springls__cell_marks marks;      /* of the particles of one of them                                        */
+    springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
+    springls__bvh_progress *progress;
+    springls__both_originals originals;
+    springls__both_references references;
+    springls__buffer kept[2];        /* KEEP or REMOVE, for each springl of both                               */
+    int count, staying, added, next; /* springls: before; that stay; that come; of the other that come next    */
+    springls__calm_aside aside;
+    springls__completion completion;
+    springls__undo undo;
+} springls__combination;
+
+/* ---- which springls stay ---- */
+
+/* Marks the cells with particles of this model (of: 0) or of the other (1), in a box around the springls of the second of the two. */
+SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, springls__combination *c, int of)
+{
+    const springls_context *model = of ? c->other : ctx;
+    const springls__box a = springls__box_of_springls(ctx), b = springls__box_of_springls(c->other);
+    const springls__springl *s = model->model.set.s;
+    int i;
+    c->box[0] = a;
+    c->box[1] = b;
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, &c->marks,
+                                             springls__v3_make(springls__max(a.lower.x, b.lower.x), springls__max(a.lower.y, b.lower.y),
+                                                               springls__max(a.lower.z, b.lower.z)),
+                                             springls__v3_make(springls__min(a.upper.x, b.upper.x), springls__min(a.upper.y, b.upper.y),
+                                                               springls__min(a.upper.z, b.upper.z)), 1.0f));
+    for (i = 0; i < model->model.set.count; i++)
+        if (springls__reaches_box(&s[i], &c->box[1 - of])) springls__mark_cells_around(&c->marks, s[i].p, SPRINGLS__TRIANGLE_GAP);
+    return SPRINGLS_OK;
+}
+
+/* Finds the triangles of this model (of: 0) or of the other (1) that come near marked cells, and begins to build their hierarchy: no
+   other triangle is ever asked for. */
+SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, springls__combination *c, int of)
+{
+    const springls_context *model = of ? c->other : ctx;
+    const springls__springl *s = model->model.set.s;
+    springls__surface *surface = &c->surfaces[of];
+    int i, m, count = 0;
+    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], &c->box[1 - of]);
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->originals.items, (size_t)count + 1, sizeof(springls__bvh_item), 0));
+    for (i = count = 0; i < model->model.set.count; i++) {
+        const float r = s[i].bounding_radius;
+        const springls__v3 p = s[i].p;
+        if (!springls__reaches_box(&s[i], &c->box[1 - of])
+            || !springls__visit_cells(&c->marks, springls__v3_make(p.x - r, p.y - r, p.z - r),
+                                      springls__v3_make(p.x + r, p.y + r, p.z + r), false)) continue;
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
+        count++;
+    }
+    if (count == 0) return SPRINGLS_OK;
+    c->building = surface;
+    c->progress = &c->originals.progress;
+    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, c->progress);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__mark_other_particles(springls_context *ctx)
+{
     if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
-    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[0], ctx, &other_box));
-    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[1], other, &own_box));
-    SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    return springls__mark_particles(ctx, ctx->step.combination, 1);
+}
+
+SPRINGLS__FN springls_status springls__gather_own(springls_context *ctx)
+{
+    return springls__gather_meeting(ctx, ctx->step.combination, 0);
+}
+
+SPRINGLS__FN springls_status springls__mark_own_particles(springls_context *ctx)
+{
+    return springls__mark_particles(ctx, ctx->step.combination, 0);
+}
+
+SPRINGLS__FN springls_status springls__gather_other(springls_context *ctx)
+{
+    return springls__gather_meeting(ctx, ctx->step.combination, 1);
+}
+
+SPRINGLS__FN bool springls__builds_hierarchy(const springls_context *ctx) { return ctx->step.combination->building != NULL; }
+
+/* Goes on with the hierarchy, for a fraction of a millisecond. */
+SPRINGLS__FN springls_status springls__build_hierarchy(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const int most = 4096;
+    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, c->progress, most)) c->building = NULL;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__build[] = {
+    SPRINGLS__REPEAT_WHILE(springls__builds_hierarchy)
+        SPRINGLS__DO(springls__build_hierarchy)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Decides which springls of this model stay. */
+SPRINGLS__FN void springls__mark_own_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__combination *c = ctx->step.combination;
+    uint8_t *kept = (uint8_t *)c->kept[0].data;
+    (void)memory;
+    for (; begin < end; begin++)
+        kept[begin] = springls__is_kept(&c->rule[0], &ctx->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+}
+
+SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__combination *c = ((const springls_context *)arg)->step.combination;
+    uint8_t *kept = (uint8_t *)c->kept[1].data;
+    (void)memory;
+    for (; begin < end; begin++)
+        kept[begin] = springls__is_kept(&c->rule[1], &c->other->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+}
+
+/* Both level sets are as they were. Ends with a loop. */
+SPRINGLS__FN springls_status springls__mark_own(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    c->count = ctx->model.set.count;
+    c->rule[0] = springls__rule_of(&c->other->model.grid, &c->surfaces[1], c->operation, false);
+    c->rule[1] = springls__rule_of(&ctx->model.grid, &c->surfaces[0], c->operation, true);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[0], (size_t)c->count, 1, 0));
+    springls__loop_over(ctx, c->count, 64, 0, springls__mark_own_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__mark_other(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[1], (size_t)c->other->model.set.count, 1, 0));
+    springls__loop_over(ctx, c->other->model.set.count, 64, 0, springls__mark_other_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN int springls__count_kept(const springls__buffer *kept, int count)
+{
+    const uint8_t *action = (const uint8_t *)kept->data;
+    int i, n = 0;
+    for (i = 0; i < count; i++) n += action[i] == SPRINGLS__KEEP;
+    return n;
+}
+
+/* Counts the springls that stay, and makes room for them. Fails when none do, or more than max_springls. */
+SPRINGLS__FN springls_status springls__room_for_both(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    int i, sum;
+    c->staying = springls__count_kept(&c->kept[0], c->count);
+    c->added = springls__count_kept(&c->kept[1], c->other->model.set.count);
+    sum = c->staying + c->added;
+    if (sum == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (sum > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(c->count, sum)));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], sum, c->count));
+    return SPRINGLS_OK;
+}
+
+/* ---- what has been, to go back to ---- */
+
+enum { SPRINGLS__SAVED_PIECE = 16384 }; /* bytes */
+
+SPRINGLS__FN void springls__save_work(void *arg, int begin, int end, float *memory)
+{
+    springls_context *ctx = (springls_context *)arg;
+    const springls__undo *undo = &ctx->step.combination->undo;
+    const size_t last = (size_t)SPRINGLS__SAVED_PIECE * (size_t)end;
+    (void)memory;
+    springls__undo_copy(ctx, undo, (size_t)SPRINGLS__SAVED_PIECE * (size_t)begin, last < undo->all ? last : undo->all, false);
+}
+
+/* Saves the model. Ends with a loop. */
+SPRINGLS__FN springls_status springls__save_model(springls_context *ctx)
+{
+    springls__undo *undo = &ctx->step.combination->undo;
+    SPRINGLS__TRY(springls__undo_begin(ctx, undo));
+    springls__loop_over(ctx, (int)(undo->all / SPRINGLS__SAVED_PIECE) + 1, 4, 0, springls__save_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__model_saved(springls_context *ctx)
+{
+    ctx->step.combination->undo.whole = true;
+    return springls__put_calm_aside(ctx, &ctx->step.combination->aside);
+}
+
+/* ---- originals ---- */
+
+SPRINGLS__FN springls_status springls__combine_grids(springls_context *ctx)
+{
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
-    SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
-    springls__combine_level_sets(ctx, operation, &other->model.grid);
-    springls__find_awake(ctx);
-    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    return springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid);
+}
+
+SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    return springls__originals_begin(ctx, &c->originals, &c->other->original, c->operation == SPRINGLS_OPERATION_DIFFERENCE);
+}
+
+/* Room for originals: in parts, because memory that has never been touched takes its time. */
+SPRINGLS__FN springls_status springls__room_for_sources(springls_context *ctx)
+{
+    return springls__sources_room(ctx, &ctx->step.combination->originals);
+}
+
+SPRINGLS__FN springls_status springls__room_for_points(springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return springls__points_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+}
+
+SPRINGLS__FN springls_status springls__room_for_nodes(springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return springls__nodes_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+}
+
+SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return both->next < ctx->original.count + both->other->count;
+}
+
+SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
+{
+    springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__build_originals(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(springls__originals_copied(ctx, &c->originals));
+    if (!c->originals.joined && c->originals.made.count > 0) {
+        c->building = &c->originals.made;
+        c->progress = &c->originals.progress;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__take_originals(springls_context *ctx)
+{
+    springls__both_originals *both = &ctx->step.combination->originals;
+    if (!both->joined) springls__exchange_originals(ctx, both);
+    return SPRINGLS_OK;
+}
+
+/* Makes the reference level set of both originals. Ends with a loop. */
+SPRINGLS__FN springls_status springls__add_references(springls_context *ctx)
+{
+    springls__both_references *both = &ctx->step.combination->references;
+    both->first = &ctx->model.reference;
+    both->second = &ctx->step.combination->other->model.reference;
+    both->grid = *both->first;
+    SPRINGLS__TRY(springls__reserve_references(ctx, both));
+    springls__fill(both->grid.phi, SPRINGLS__OUTSIDE, both->first->far_value);
+    springls__fill(both->grid.phi, SPRINGLS__INSIDE, -both->first->far_value);
+    springls__loop_over(ctx, (int)springls__entry_count(&both->grid), 64, 0, springls__merge_references_work, both);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
+{
+    springls__exchange_references(ctx, &ctx->step.combination->references);
+    return SPRINGLS_OK;
+}
+
+/* ---- springls ---- */
+
+/* Removes the springls of this model that do not stay. */
+SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
+    memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, c->count);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__pull_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls__springl *s = ctx->model.set.s;
+    (void)memory;
+    for (; begin < end; begin++) s[begin] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[begin]);
+}
+
+/* Pulls the springls that stay to the seam; phi is still as it was. Ends with a loop. */
+SPRINGLS__FN springls_status springls__pull_own(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->step.combination->staying, 64, 0, springls__pull_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__takes_more(const springls_context *ctx)
+{
+    return ctx->step.combination->next < ctx->step.combination->other->model.set.count;
+}
+
+/* Takes springls of the other model, some at a time. */
+SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const bool turn = c->operation == SPRINGLS_OPERATION_DIFFERENCE;
+    const uint8_t *kept = (const uint8_t *)c->kept[1].data;
+    const int end = springls__imin(c->next + 1024, c->other->model.set.count);
+    for (; c->next < end; c->next++)
+        if (kept[c->next] == SPRINGLS__KEEP) springls__copy_other_springl(ctx, c->other, c->next, &c->rule[1], turn);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
+    if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
+    if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
+    ctx->stats.removed += c->count - c->staying;
+    ctx->stats.added += c->added;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- phi ---- */
+
+SPRINGLS__FN void springls__combine_bricks_work(void *arg, int begin, int end, float *memory)
+{
+    springls_context *ctx = (springls_context *)arg;
+    const springls__combination *c = ctx->step.combination;
+    springls__grid *g = &ctx->model.grid;
+    (void)memory;
+    for (; begin < end; begin++)
+        springls__combine_brick(g, c->operation, &c->other->model.grid, springls__entry_of_brick(g, g->slot_brick[g->active[begin]]));
+}
+
+/* Computes phi of the result. The bricks of both are active. Ends with a loop. */
+SPRINGLS__FN springls_status springls__combine_bricks(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.grid.active_count, 4, 0, springls__combine_bricks_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__level_sets_combined(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    springls__grid *g = &ctx->model.grid;
+    int i, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT)
+            g->top[i] = springls__combined_phi(c->operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               *springls__phi_of_entry(&c->other->model.grid, g, i)) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
+    ctx->omega_fresh = false;
+    return springls__find_awake(ctx);
+}
+
+/* Goes back to what was awake before, where it has not changed. */
+SPRINGLS__FN springls_status springls__combination_end(springls_context *ctx)
+{
+    const springls__calm_aside *aside = &ctx->step.combination->aside;
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    springls__put_calm_back(ctx, aside);
+    return aside->slot_count ? springls__find_awake(ctx) : SPRINGLS_OK;
+}
+
+/* Until the model is saved it does not change. What costs most is the completion of what is cut. */
+static const springls__entry springls__combine[] = {
+    SPRINGLS__DO(springls__mark_other_particles)
+    SPRINGLS__DO(springls__gather_own)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__mark_own_particles)
+    SPRINGLS__DO(springls__gather_other)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__mark_own)
+    SPRINGLS__DO(springls__mark_other)
+    SPRINGLS__DO(springls__room_for_both)
+    SPRINGLS__DO(springls__save_model)
+    SPRINGLS__DO(springls__model_saved)
+    SPRINGLS__DO(springls__combine_grids)
+    SPRINGLS__DO(springls__add_originals)
+    SPRINGLS__DO(springls__room_for_sources)
+    SPRINGLS__DO(springls__room_for_points)
+    SPRINGLS__DO(springls__room_for_nodes)
+    SPRINGLS__REPEAT_WHILE(springls__copies_originals) SPRINGLS__DO(springls__copy_originals) SPRINGLS__END
+    SPRINGLS__DO(springls__build_originals)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__take_originals)
+    SPRINGLS__DO(springls__add_references)
+    SPRINGLS__DO(springls__take_references)
+    SPRINGLS__DO(springls__remove_cut)
+    SPRINGLS__DO(springls__pull_own)
+    SPRINGLS__REPEAT_WHILE(springls__takes_more) SPRINGLS__DO(springls__take_some) SPRINGLS__END
+    SPRINGLS__DO(springls__springls_taken)
+    SPRINGLS__DO(springls__combine_bricks)
+    SPRINGLS__DO(springls__level_sets_combined)
+    SPRINGLS__CALL(springls__complete)
+    SPRINGLS__DO(springls__combination_end)
+SPRINGLS__END };
+
+/* ---- begin and end ---- */
+
+/* Fails where the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
+SPRINGLS__FN springls_status springls__combination_go_on(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    if (c->other->model_version != c->other_version)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has changed since combine_begin");
+    return springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS);
+}
+
+/* Frees what a combination had. On failure the model is as it was before; empty where nothing is left. */
+SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_status status)
+{
+    springls__combination *c = ctx->step.combination;
+    ctx->step.combination = NULL;
+    ctx->step.go_on = NULL;
+    ctx->completion = NULL;
+    if (status != SPRINGLS_OK) {
+        springls__undo_originals(ctx, &c->originals);
+        if (c->references.taken) springls__exchange_references(ctx, &c->references);
+        if (c->undo.whole) springls__undo_back(ctx, &c->undo);
+    }
+    springls__surface_free(ctx, &c->surfaces[0]);
+    springls__surface_free(ctx, &c->surfaces[1]);
+    springls__buffer_free(ctx, &c->marks.memory);
+    springls__both_originals_free(ctx, &c->originals);
+    springls__references_free(ctx, &c->references);
+    springls__buffer_free(ctx, &c->kept[0]);
+    springls__buffer_free(ctx, &c->kept[1]);
+    springls__calm_aside_free(ctx, &c->aside);
+    springls__awake_aside_free(ctx, &c->completion.aside);
+    springls_destroy(ctx->step.owned);
+    ctx->step.owned = NULL;
+    springls__release(ctx, c, sizeof *c);
+    if (status == SPRINGLS_EMPTY_MODEL) springls__clear_model(ctx);
+}
+
+/* Begins to combine a model with another one in the same window; owned: the same, to be destroyed at the end; a caller
+   destroys it where none begins. */
+SPRINGLS__FN springls_status springls__combination_begin(springls_context *ctx, springls_operation operation, springls_context *other,
+                                                         springls_context *owned)
+{
+    springls__combination *c = (springls__combination *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    memset(c, 0, sizeof *c);
+    c->operation = operation;
+    c->other = other;
+    c->other_version = other->model_version;
+    c->completion.project = true;
+    memset(&ctx->step, 0, sizeof ctx->step);
+    ctx->step.combination = c;
+    ctx->step.owned = owned;
+    ctx->step.go_on = springls__combination_go_on;
+    ctx->step.ended = springls__combination_ended;
+    ctx->completion = &c->completion;
+    springls__begin_step(ctx, springls__combine);
+    ctx->work.on_device = false;
     return SPRINGLS_OK;
 }
 
@@ -47753,45 +48483,15 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Combines a model with another one in the same window, and empties it on failure. */
-SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, springls_operation operation,
-                                                         springls_context *other)
+/* Begins to combine checked operands, in windows that suit; a copy of the other where it has another window, or springls that its phi
+   has not followed. owned: the other, or NULL. */
+SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, springls_operation operation, springls_context *other,
+                                                     springls_context *owned)
 {
-    springls__surface surfaces[2];
-    springls__calm_aside aside;
     springls_status status;
-    memset(surfaces, 0, sizeof surfaces);
-    memset(&aside, 0, sizeof aside);
-    status = springls__put_calm_aside(ctx, &aside);
-    if (status == SPRINGLS_OK) status = springls__combine(ctx, operation, other, surfaces);
-    if (status == SPRINGLS_OK) {
-        springls__put_calm_back(ctx, &aside);
-        if (aside.slot_count) springls__find_awake(ctx);
-    }
-    springls__calm_aside_free(ctx, &aside);
-    springls__surface_free(ctx, &surfaces[0]);
-    springls__surface_free(ctx, &surfaces[1]);
-    return springls__clear_on_failure(ctx, status);
-}
-
-/* Combines a model with a copy of another one, which has another window, or springls that its phi has not followed. */
-SPRINGLS__FN springls_status springls__combine_copy(springls_context *ctx, springls_operation operation, springls_context *other)
-{
     springls_context *copy = NULL;
-    springls_status status = springls__copy_into_window(ctx, other, &copy);
-    if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
-    springls_destroy(copy);
-    return status;
-}
-
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
-{
-    springls_status status;
     int bricks[3];
     bool apart, moved = false;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__begin_change(ctx));
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__moved_since_phi(other, &moved);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
@@ -47805,7 +48505,40 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
         SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks));
         if (ctx->desc.follow) SPRINGLS__TRY(springls__move_window(ctx, bricks));
     }
-    return apart || moved ? springls__combine_copy(ctx, operation, other) : springls__combine_in_window(ctx, operation, other);
+    if (!apart && !moved) return springls__combination_begin(ctx, operation, other, owned);
+    status = springls__copy_into_window(ctx, other, &copy);
+    if (status == SPRINGLS_OK) status = springls__combination_begin(ctx, operation, copy, copy);
+    if (status != SPRINGLS_OK) springls_destroy(copy);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__combine_begin(ctx, operation, other, NULL);
+}
+
+SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
+{
+    springls_status status;
+    double until;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!done) return springls__fail_null(ctx, "combine_continue", "done");
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_continue: the seconds are NaN");
+    if (!ctx->step.active || !ctx->step.combination) return SPRINGLS_OK;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
+    status = springls__resume_step(ctx, &until);
+    *done = !ctx->step.active;
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    SPRINGLS__TRY(springls_combine_begin(ctx, operation, other));
+    return springls__finish_step(ctx);
 }
 
 /* Samples the function in the window of the model into a new one. */
@@ -47823,8 +48556,8 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
-                                                       springls_implicit_fn fn, void *user)
+SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+                                                             springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
     springls_status status;
@@ -47838,9 +48571,17 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
         springls_destroy(other);
         status = springls__implicit_alike(ctx, fn, user, &other);
     }
-    if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
-    springls_destroy(other);
+    if (status == SPRINGLS_OK) status = springls__check_operands(ctx, operation, other);
+    if (status == SPRINGLS_OK) status = springls__combine_begin(ctx, operation, other, other);
+    if (ctx->step.owned != other) springls_destroy(other);
     return status;
+}
+
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user)
+{
+    SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));
+    return springls__finish_step(ctx);
 }
 
 /* ======== >>follow_level_set  (src/tools/follow_level_set.h) =================================================== */
@@ -48094,7 +48835,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     SPRINGLS__TRY(springls__add_isolated(job, &added));
     SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
     springls__find_awake(ctx);
-    return springls__complete_model(ctx, false);
+    return springls__run_completion(ctx, springls__complete);
 }
 
 /* Makes the model that holds the new level set, and counts the triangles of its zero. */
@@ -48308,7 +49049,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__complete_model(ctx, false); /* phi is exact already */
+    return springls__run_completion(ctx, springls__complete); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -48439,7 +49180,7 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__split_all(ctx));
         SPRINGLS__TRY(springls__run_table(ctx, springls__relax));
         SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
-        SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+        SPRINGLS__TRY(springls__run_completion(ctx, springls__fill_every_gap));
     }
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;

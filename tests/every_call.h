@@ -286,6 +286,16 @@ FIXTURE springls_status call_interpolate_material(call_bench *b)
 
 CALL_OF(combine, (b->ctx, SPRINGLS_OPERATION_UNION, b->other))
 CALL_OF(combine_implicit, (b->ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &b->ball))
+CALL_OF(combine_begin, (b->ctx, SPRINGLS_OPERATION_UNION, b->other))
+CALL_OF(combine_implicit_begin, (b->ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &b->ball))
+
+FIXTURE springls_status call_combine_continue(call_bench *b)
+{
+    bool done = false;
+    springls_status status = springls_combine_begin(b->ctx, SPRINGLS_OPERATION_UNION, b->other);
+    while (status == SPRINGLS_OK && !done) status = springls_combine_continue(b->ctx, 0.0, &done);
+    return status;
+}
 FIXTURE springls_status call_follow_level_set(call_bench *b)
 {
     springls_follow_desc desc;
@@ -333,7 +343,8 @@ FIXTURE springls_status call_index_of(call_bench *b)
     X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(chunk_attribute, 1) X(get_provenance, 1)                     \
     X(springl_errors, 1) X(mesh_errors, 1)                                                                                        \
     X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) X(find_seams, 1) X(interpolate_material, 1)               \
-    X(combine, 0) X(combine_implicit, 0) X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
+    X(combine, 0) X(combine_implicit, 0) X(combine_begin, 0) X(combine_implicit_begin, 0) X(combine_continue, 0)                   \
+    X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
 
 #define CALL_NUMBER(name, reads) CALL_##name,
 enum { EVERY_CALL(CALL_NUMBER) CALLS };

@@ -1018,13 +1018,31 @@ typedef enum springls_operation {
      keep their numbers. springls_set_reference begins anew with the present springls, in the same memory.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
-   After OUT_OF_MEMORY the model is empty. */
+   After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. Where that fails the
    model stays as it is. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
+
+/* Begins what springls_combine does, in as many calls of springls_combine_continue as the caller likes, with the same bits. Completes a
+   step, an update of chunks or a combination in progress; takes the step that springls_write waits for, and copies the other model where
+   it lies in another window, undivided. The other model is borrowed until the combination is done: it may be read, but must not be
+   destroyed, and where it has changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as they meet one
+   with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or needs it whole
+   completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it; springls_restore
+   goes back to the snapshot as from the model before. */
+SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other);
+
+/* Begins what springls_combine_implicit does: samples the function, undivided, into a model that it keeps until the end. */
+SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+                                                             springls_implicit_fn fn, void *user);
+
+/* Continues the combination for about `seconds` by trace.now, as springls_step_continue does a step, and sets *done when it is
+   complete. Without one in progress: OK, *done = true. A failure of the combination ends it, and the model is as it was before; one
+   of the arguments, NULL or NaN, leaves it in progress. */
+SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done);
 
 /* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
    have just been made at `count` world points. Called on the caller's thread. */

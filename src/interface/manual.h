@@ -636,6 +636,12 @@
      unsigned_to_signed   over bricks: omega; sides. The growth of the background is one entry for each size of block
      CONTOURING           over springls: hits; over bricks: sides, crossings, arcs, triangles, for an update of chunks
 
+   springls_combine_begin and springls_combine_continue run a combination in the same way:
+
+     combine              over springls: which stay; seams; over bricks: both reference level sets; phi of the result; then as
+                          redistance, keep_edges, fill_gaps and project. Hierarchies are built, and the springls and the original
+                          triangles of the other taken, in parts
+
    What an entry does besides its loop is not divided, and a call may take that much longer than its budget: springls are
    sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
    checked; with CONTOURING also bricks are listed, hits are put into rows, vertices are gathered, get their normals and are

@@ -17,6 +17,7 @@ enum { SPRINGLS__DEFAULT_MAX_SPRINGLS = 64 * 1000 * 1000 };
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
     int i;
+    if (ctx->step.ended) springls__abandon_step(ctx);
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__surface_free(ctx, &ctx->contour_surface);
@@ -31,6 +32,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->label_node);
     springls__buffer_free(ctx, &ctx->label_id_memory);
     springls__buffer_free(ctx, &ctx->saved.memory);
+    springls__buffer_free(ctx, &ctx->undo_memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
     for (i = 0; i < SPRINGLS__SURFACE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->surface_memory[i]);
@@ -275,7 +277,12 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
-SPRINGLS_API size_t springls_memory_used(const springls_context *ctx) { return ctx ? ctx->memory_used : 0; }
+
+SPRINGLS_API size_t springls_memory_used(const springls_context *ctx)
+{
+    return ctx ? ctx->memory_used + springls_memory_used(ctx->step.owned) : 0;
+}
+
 SPRINGLS_API int springls_version(void) { return SPRINGLS_VERSION; }
 
 SPRINGLS_API const char *springls_version_string(void)

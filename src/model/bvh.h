@@ -96,18 +96,31 @@ SPRINGLS__FN int springls__bvh_axis(const springls__bvh_item *items, int first, 
     return axis;
 }
 
-/* Makes the nodes: splits in halves down to leaves of at most four triangles. */
-SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items)
+/* How much of a hierarchy has been built. */
+typedef struct springls__bvh_progress {
+    int stack[SPRINGLS__BVH_STACK], top; /* nodes that wait to be split  */
+    int unbound;                         /* nodes that have no bounds yet */
+} springls__bvh_progress;
+
+SPRINGLS__FN void springls__bvh_begin(springls__surface *surface, springls__bvh_progress *progress)
 {
-    int stack[SPRINGLS__BVH_STACK], top = 0;
     surface->nodes[0].first = 0;
     surface->nodes[0].count = surface->count;
     surface->node_count = 1;
-    stack[top++] = 0;
-    while (top) {
-        springls__bvh_node *node = &surface->nodes[stack[--top]], *child = &surface->nodes[surface->node_count];
+    progress->stack[0] = 0;
+    progress->top = 1;
+    progress->unbound = -1;
+}
+
+/* Makes nodes: splits in halves down to leaves of at most four triangles. Ends when none waits, or the nodes split had `most` items
+   together. */
+SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_item *items, springls__bvh_progress *progress, int most)
+{
+    while (progress->top && most > 0) {
+        springls__bvh_node *node = &surface->nodes[progress->stack[--progress->top]], *child = &surface->nodes[surface->node_count];
         int first = node->first, count = node->count, half = count / 2;
         if (count <= SPRINGLS__BVH_LEAF) continue;
+        most -= count;
         springls__bvh_select(items, first, first + count - 1, first + half, springls__bvh_axis(items, first, count));
         node->first = surface->node_count;
         node->count = 0;
@@ -115,34 +128,39 @@ SPRINGLS__FN void springls__bvh_split(springls__surface *surface, springls__bvh_
         child[0].count = half;
         child[1].first = first + half;
         child[1].count = count - half;
-        stack[top++] = surface->node_count + 1;
-        stack[top++] = surface->node_count;
+        progress->stack[progress->top++] = surface->node_count + 1;
+        progress->stack[progress->top++] = surface->node_count;
         surface->node_count += 2;
     }
 }
 
-/* Computes the bounds of all nodes, children before their parents. */
-SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
+/* Computes the bounds of a node, whose children have theirs. */
+SPRINGLS__FN void springls__bvh_bound_node(const springls__surface *surface, springls__bvh_node *node)
 {
-    int n, i, k;
-    for (n = surface->node_count - 1; n >= 0; n--) {
-        springls__bvh_node *node = &surface->nodes[n];
-        for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }
-        if (!node->count) {
-            const springls__bvh_node *child = &surface->nodes[node->first];
-            for (k = 0; k < 3; k++) {
-                node->lower[k] = springls__min(child[0].lower[k], child[1].lower[k]);
-                node->upper[k] = springls__max(child[0].upper[k], child[1].upper[k]);
-            }
-            continue;
+    int i, k;
+    for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }
+    if (!node->count) {
+        const springls__bvh_node *child = &surface->nodes[node->first];
+        for (k = 0; k < 3; k++) {
+            node->lower[k] = springls__min(child[0].lower[k], child[1].lower[k]);
+            node->upper[k] = springls__max(child[0].upper[k], child[1].upper[k]);
         }
-        for (i = 0; i < 3 * node->count; i++) {
-            springls__v3 p = surface->points[3 * surface->order[node->first + i / 3] + i % 3];
-            node->lower[0] = springls__min(node->lower[0], p.x); node->upper[0] = springls__max(node->upper[0], p.x);
-            node->lower[1] = springls__min(node->lower[1], p.y); node->upper[1] = springls__max(node->upper[1], p.y);
-            node->lower[2] = springls__min(node->lower[2], p.z); node->upper[2] = springls__max(node->upper[2], p.z);
-        }
+        return;
     }
+    for (i = 0; i < 3 * node->count; i++) {
+        springls__v3 p = surface->points[3 * surface->order[node->first + i / 3] + i % 3];
+        node->lower[0] = springls__min(node->lower[0], p.x); node->upper[0] = springls__max(node->upper[0], p.x);
+        node->lower[1] = springls__min(node->lower[1], p.y); node->upper[1] = springls__max(node->upper[1], p.y);
+        node->lower[2] = springls__min(node->lower[2], p.z); node->upper[2] = springls__max(node->upper[2], p.z);
+    }
+}
+
+/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
+SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+{
+    int k;
+    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
+    if (progress->unbound > 0) return;
     surface->magnitude = 0.0f;
     for (k = 0; k < 3; k++) {
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].lower[k]));
@@ -150,20 +168,33 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
-/* Makes room for n triangles; keeps the first `keep` and their nodes. */
-SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+/* Makes room for the corners of n triangles; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
-    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    const springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
+                                                         3 * keep * sizeof(springls__v3));
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    return status;
+}
+
+/* Makes room for the hierarchy of n triangles; keep: the triangles whose nodes are kept, or 0. */
+SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    const size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
     const size_t most_nodes = n + SPRINGLS__BVH_JOINS;
-    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
-                                                   3 * keep * sizeof(springls__v3));
-    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK)
         status = springls__buffer_grow(ctx, &surface->nodes_memory, most_nodes, sizeof(springls__bvh_node), nodes);
-    surface->points = (springls__v3 *)surface->points_memory.data;
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
     return status;
+}
+
+/* Makes room for n triangles; keeps the first `keep` and their nodes. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, keep);
+    return status == SPRINGLS_OK ? of_nodes : status;
 }
 
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
@@ -182,14 +213,11 @@ SPRINGLS__FN springls_status springls__bvh_reserve(springls_context *ctx, size_t
     return springls__buffer_grow(ctx, &ctx->bvh_memory, n, sizeof(springls__bvh_item), 0);
 }
 
-/* Builds the hierarchy of the first `count` triangles in surface->points. */
-SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
+/* Begins to build the hierarchy of the first `count` triangles, more than 0, in surface->points. items: room for so many. */
+SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int count, springls__bvh_item *items,
+                                                springls__bvh_progress *progress)
 {
-    springls__bvh_item *items;
     int i;
-    if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
-    items = (springls__bvh_item *)ctx->bvh_memory.data;
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;
@@ -199,9 +227,36 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     }
     surface->count = surface->given = count;
     surface->joins = 0;
-    springls__bvh_split(surface, items);
-    for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
-    springls__bvh_bound(surface);
+    springls__bvh_begin(surface, progress);
+}
+
+/* Goes on with that, by so much that the nodes split have `most` items together, or by so many bounds. Returns false at the end. */
+SPRINGLS__FN bool springls__surface_build_more(springls__surface *surface, springls__bvh_item *items, springls__bvh_progress *progress,
+                                               int most)
+{
+    int i;
+    if (progress->top) {
+        springls__bvh_split(surface, items, progress, most);
+        return true;
+    }
+    if (progress->unbound < 0) {
+        for (i = 0; i < surface->count; i++) surface->order[i] = items[i].triangle;
+        progress->unbound = surface->node_count;
+    }
+    springls__bvh_bound(surface, progress, most);
+    return progress->unbound > 0;
+}
+
+/* Builds the hierarchy of the first `count` triangles in surface->points. */
+SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
+{
+    springls__bvh_progress progress;
+    springls__bvh_item *items;
+    if (count <= 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
+    items = (springls__bvh_item *)ctx->bvh_memory.data;
+    springls__surface_build_begin(surface, count, items, &progress);
+    while (springls__surface_build_more(surface, items, &progress, INT32_MAX)) { }
     return SPRINGLS_OK;
 }
 

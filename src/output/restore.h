@@ -236,6 +236,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__table tables[2];
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    if (ctx->step.combination) springls__abandon_step(ctx); /* the original surface, too, is as before it */
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
     springls__tables_of_block(ctx, &s, &layout, (const char *)block, tables);

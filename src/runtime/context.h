@@ -195,7 +195,11 @@ typedef struct springls__saved_level_set {
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
     bool active;
-    struct springls_chunks *chunks; /* their update is in progress (chunks.h); NULL: a step                     */
+    struct springls_chunks *chunks; /* their update is in progress (chunks.h) instead of a step                 */
+    struct springls__combination *combination; /* is in progress (combine.h) instead of a step                  */
+    springls_context *owned; /* a model that ends with the combination; NULL: none                              */
+    springls_status (*go_on)(springls_context *ctx); /* is asked before it is resumed; NULL: nothing is to be asked */
+    void (*ended)(springls_context *ctx, springls_status status); /* is told its end, CANCELLED: dropped; NULL: nobody is */
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
@@ -266,6 +270,8 @@ struct springls_context {
     float curvature_span;   /* voxels: how far along tangents curvature is measured, if further than usual      */
     springls__motion motion;
     springls__stepping step;
+    struct springls__completion *completion; /* of a model that is being completed (completion.h)               */
+    springls__buffer undo_memory; /* the model as it was before a combination (combine_undo.h)                   */
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */

@@ -254,12 +254,21 @@ SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__en
     ctx->step.active = true;
 }
 
+/* Tells what was in progress how it has ended, once. */
+SPRINGLS__FN void springls__tell_end(springls_context *ctx, springls_status status)
+{
+    void (*ended)(springls_context *ctx, springls_status status) = ctx->step.ended;
+    ctx->step.ended = NULL;
+    if (ended) (ended)(ctx, status);
+}
+
 /* Ends the step in progress where it is. The model keeps what has been done. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
     if (ctx->step.active) springls__turn_clocks(ctx);
     springls__unwind(ctx);
     ctx->step.active = false;
+    springls__tell_end(ctx, SPRINGLS_CANCELLED);
 }
 
 #endif

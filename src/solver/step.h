@@ -16,20 +16,22 @@
 /* Resumes the step in progress until the clock shows *until; NULL: to its end. Does nothing without one. */
 SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
-    springls_status status;
+    springls_status status = SPRINGLS_OK;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
     springls__turn_clocks(ctx);
-    status = springls__resume(ctx, until);
+    if (ctx->step.go_on) status = (ctx->step.go_on)(ctx);
+    if (status == SPRINGLS_OK) status = springls__resume(ctx, until);
     if (status != SPRINGLS_OK) springls__unwind(ctx);
     springls__turn_clocks(ctx);
     ctx->calls--;
     ctx->step.active = ctx->work.depth > 0;
     if (status != SPRINGLS_OK && ctx->step.chunks) springls__end_reading(ctx); /* phi may have followed only in part */
+    if (!ctx->step.active) springls__tell_end(ctx, status);
     return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
+/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working memory begin
    with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
@@ -99,7 +101,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx)
 {
-    return ctx && ctx->step.active && !ctx->step.chunks;
+    return ctx && ctx->step.active && !ctx->step.chunks && !ctx->step.combination;
 }
 
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)

@@ -1,6 +1,7 @@
 /* combine.h - computes the union, intersection or difference of two models. The springls of each that bound the result stay, by
    the side of the other's level set on which they lie. phi is the minimum or maximum of the two; where that has a crease, at
-   the seam, the springls correct it (project, keep_edges). */
+   the seam, the springls correct it (project, keep_edges). A table, like a step, so that it can be left after any entry; until it has
+   ended, the model can go back to what it was. */
 #ifndef SPRINGLS__TOOLS_COMBINE_H
 #define SPRINGLS__TOOLS_COMBINE_H
 
@@ -25,6 +26,10 @@
 #include "../solver/step.h"
 #include "../lifecycle/create.h"
 #include "../output/restore.h"
+#include "cell_marks.h"
+#include "combine_undo.h"
+#include "combined_originals.h"
+#include "completion.h"
 
 /* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
    surface, by the direction they face. */
@@ -93,22 +98,6 @@ SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const spring
            && s->p.y - r <= box->upper.y && s->p.z - r <= box->upper.z;
 }
 
-/* Makes the surface of those springls of a model that reach a box. */
-SPRINGLS__FN springls_status springls__surface_in_box(springls_context *ctx, springls__surface *surface,
-                                                      const springls_context *model, const springls__box *box)
-{
-    const springls__springl *s = model->model.set.s;
-    int i, m, count = 0;
-    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], box);
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
-    for (i = count = 0; i < model->model.set.count; i++) {
-        if (!springls__reaches_box(&s[i], box)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
-        count++;
-    }
-    return springls__surface_finish(ctx, surface, count);
-}
-
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
    triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
    but beyond its edge, may bound the result. */
@@ -130,13 +119,14 @@ SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
-    int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
+    int i, to_triangle, nearest = -1, facing = SPRINGLS__OFF_SURFACE;
     if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
-        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 >= least) continue;
+        if (to_triangle == SPRINGLS__OFF_SURFACE || d2 > least || (d2 == least && i > nearest)) continue;
         least = d2;
+        nearest = i;
         facing = to_triangle;
     }
     if (facing != SPRINGLS__OFF_SURFACE || springls__fabs(phi) >= SPRINGLS__ON_SURFACE) return facing;
@@ -215,12 +205,6 @@ SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const 
     return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
 }
 
-/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
-SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
-{
-    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
-}
-
 /* Returns whether an operation leaves phi as it is where the other operand has a slot: no value is beyond those of constant bricks. */
 SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other_slot)
 {
@@ -249,256 +233,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
     }
 }
 
-/* Computes phi of the result in every brick. The bricks of both are active. */
-SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, entries = (int)springls__entry_count(g);
-    for (i = 0; i < entries; i++)
-        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, i);
-    for (i = 0; i < entries; i++)
-        if (g->top[i] < SPRINGLS__FIRST_SLOT)
-            g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
-                                               *springls__phi_of_entry(other, g, i)) < 0.0f
-                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    springls__swap_phi(ctx);
-    ctx->omega_fresh = false;
-}
-
-/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
-typedef struct springls__both_references {
-    const springls__grid *first, *second;
-    springls__grid grid;
-    springls__buffer plane, top, phi;
-} springls__both_references;
-
-/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
-   slots. */
-SPRINGLS__FN int springls__number_references(springls__both_references *both)
-{
-    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
-    for (i = 0; i < entries; i++) {
-        const int brick = springls__brick_of_entry(&both->grid, i);
-        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
-        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
-    }
-    return slot_count;
-}
-
-/* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses
-   phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
-SPRINGLS__FN void springls__merge_references(springls__both_references *both)
-{
-    springls__grid *g = &both->grid;
-    int i, v, entries = (int)springls__entry_count(g);
-    springls__fill(g->phi, SPRINGLS__OUTSIDE, both->first->far_value);
-    springls__fill(g->phi, SPRINGLS__INSIDE, -both->first->far_value);
-    for (i = 0; i < entries; i++) {
-        const float *a = springls__phi_of_entry(both->first, g, i), *b = springls__phi_of_entry(both->second, g, i);
-        float *out = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-    }
-}
-
-/* Replaces a buffer of the model by another. */
-SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__array array, const springls__buffer *by)
-{
-    springls__buffer *memory = &ctx->memory[array];
-    springls__release(ctx, memory->data, memory->bytes);
-    memory->data = by->data;
-    memory->bytes = by->bytes;
-}
-
-/* Makes the memory of the reference that is made of both, and numbers its bricks. */
-SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
-{
-    springls__grid *g = &both->grid;
-    springls__brick_groups groups = springls__no_groups();
-    springls__table table;
-    springls__keep_grid(both->first, &groups, springls__unmoved);
-    springls__keep_grid(both->second, &groups, springls__unmoved);
-    table = springls__table_of(both->first, &groups);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
-    g->plane = (int *)both->plane.data;
-    g->top = (int *)both->top.data;
-    springls__take_table(g, &table);
-    g->slot_count = springls__number_references(both);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    g->phi = (float *)both->phi.data;
-    return SPRINGLS_OK;
-}
-
-/* Replaces the reference level set by that of both originals. */
-SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
-{
-    springls__grid *g = &ctx->model.reference;
-    springls__both_references both;
-    springls_status status;
-    memset(&both, 0, sizeof both);
-    both.first = g;
-    both.second = other;
-    both.grid = *g;
-    status = springls__reserve_references(ctx, &both);
-    if (status != SPRINGLS_OK) {
-        springls__buffer_free(ctx, &both.top);
-        springls__buffer_free(ctx, &both.plane);
-        return status;
-    }
-    springls__merge_references(&both);
-    g->table = both.grid.table;
-    g->slot_count = both.grid.slot_count;
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both.plane);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both.top);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both.phi);
-    springls__bind(ctx);
-    return SPRINGLS_OK;
-}
-
-/* ---- original surfaces ---- */
-
-/* Copies the triangles of one surface into another, from index `at` on. turn: reverses them; given_before: triangles of the
-   caller's meshes that come before those of `from`. */
-SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
-                                           bool turn)
-{
-    int i, k;
-    for (i = 0; i < from->count; i++) {
-        for (k = 0; k < 3; k++) to->points[3 * (at + i) + k] = from->points[3 * i + (turn && k ? 3 - k : k)];
-        to->source[at + i] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
-    }
-}
-
-/* Where correspondences are: a bit for each cell of a box around a surface. */
-typedef struct springls__cell_marks {
-    springls__v3 lower;
-    float scale; /* cells a voxel */
-    int size[3];
-    uint32_t *bits;
-    springls__buffer memory;
-} springls__cell_marks;
-
-/* Finds the cells from place `lower` to place `upper`: those at the border stand for what lies beyond. */
-SPRINGLS__FN void springls__cells_between(const springls__cell_marks *marks, springls__v3 lower, springls__v3 upper, int first[3],
-                                          int last[3])
-{
-    const springls__v3 from = springls__scale(springls__sub(lower, marks->lower), marks->scale);
-    const springls__v3 to = springls__scale(springls__sub(upper, marks->lower), marks->scale);
-    first[0] = springls__cell_coordinate(from.x, 0, marks->size[0]);
-    first[1] = springls__cell_coordinate(from.y, 0, marks->size[1]);
-    first[2] = springls__cell_coordinate(from.z, 0, marks->size[2]);
-    last[0] = springls__cell_coordinate(to.x, 0, marks->size[0]);
-    last[1] = springls__cell_coordinate(to.y, 0, marks->size[1]);
-    last[2] = springls__cell_coordinate(to.z, 0, marks->size[2]);
-}
-
-/* Marks the cells of a box, or (mark false) finds whether one of them is marked. */
-SPRINGLS__FN bool springls__visit_cells(const springls__cell_marks *marks, springls__v3 lower, springls__v3 upper, bool mark)
-{
-    int first[3], last[3], x, y, z;
-    springls__cells_between(marks, lower, upper, first, last);
-    for (z = first[2]; z <= last[2]; z++)
-        for (y = first[1]; y <= last[1]; y++)
-            for (x = first[0]; x <= last[0]; x++) {
-                const size_t cell = (size_t)x + (size_t)marks->size[0] * ((size_t)y + (size_t)marks->size[1] * (size_t)z);
-                const uint32_t bit = 1u << (cell & 31u);
-                if (mark) marks->bits[cell >> 5] |= bit;
-                else if (marks->bits[cell >> 5] & bit) return true;
-            }
-    return false;
-}
-
-/* Makes cells of a voxel, or of more where those would be too many, around the original surface, and marks those that a
-   correspondence is near. */
-SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
-{
-    const float margin = 1.0f;             /* voxel: a new springl's correspondence lies between those around it */
-    const double most = (double)(1 << 24); /* cells */
-    const springls__bvh_node *bounds = &ctx->original.nodes[0];
-    double cells = most + 1.0;
-    int axis, i;
-    memset(marks, 0, sizeof *marks);
-    marks->lower = springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]);
-    for (marks->scale = 1.0f; cells > most; marks->scale *= 0.5f)
-        for (axis = 0, cells = 1.0; axis < 3; axis++) {
-            marks->size[axis] = 1 + (int)springls__min((bounds->upper[axis] - bounds->lower[axis]) * marks->scale, (float)most);
-            cells *= (double)marks->size[axis];
-        }
-    marks->scale *= 2.0f; /* as that which fits */
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &marks->memory, (size_t)cells / 32 + 1, sizeof(uint32_t), 0));
-    marks->bits = (uint32_t *)marks->memory.data;
-    memset(marks->bits, 0, ((size_t)cells / 32 + 1) * sizeof(uint32_t));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 a = ctx->model.set.a[i];
-        springls__visit_cells(marks, springls__v3_make(a.x - margin, a.y - margin, a.z - margin),
-                              springls__v3_make(a.x + margin, a.y + margin, a.z + margin), true);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Drops the triangles of the original surface that no springl has its correspondence on or near: of parts that later combinations have cut
-   away. The others keep their numbers in the caller's meshes, and wait for the hierarchy to be built. */
-SPRINGLS__FN springls_status springls__drop_unused_originals(springls_context *ctx)
-{
-    springls__surface *own = &ctx->original;
-    int *source = (int *)own->source_memory.data;
-    springls__cell_marks marks;
-    int i, k, n = 0;
-    if (own->count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__mark_correspondences(ctx, &marks));
-    for (i = 0; i < own->count; i++) {
-        springls__box box = springls__box_empty();
-        for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
-        if (!springls__visit_cells(&marks, box.lower, box.upper, false)) continue;
-        for (k = 0; k < 3; k++) own->points[3 * n + k] = own->points[3 * i + k];
-        source[n++] = source[i];
-    }
-    own->count = n;
-    own->joins = SPRINGLS__BVH_JOINS;
-    springls__buffer_free(ctx, &marks.memory);
-    return SPRINGLS_OK;
-}
-
-/* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
-   many then share. */
-enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
-
-/* Adds the triangles of the other model's original surface to this model's. turn: turns them. */
-SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
-{
-    springls__surface *own = &ctx->original;
-    const size_t count = (size_t)own->count;
-    int i;
-    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, count + (size_t)other->count + 1, sizeof(int),
-                                        own->source ? count * sizeof(int) : 0));
-    if (!own->source)
-        for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
-    own->source = (int *)own->source_memory.data;
-    if (own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD)
-        SPRINGLS__TRY(springls__drop_unused_originals(ctx));
-    SPRINGLS__TRY(springls__surface_room(ctx, own, (size_t)own->count + (size_t)other->count + 1, (size_t)own->count));
-    springls__copy_triangles(own, own->count, other, own->given, turn);
-    return springls__surface_join(ctx, own, other);
-}
-
 /* ---- springls ---- */
-
-/* Finds which of a model's springls stay (its contract_action), and how many. */
-SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
-{
-    uint8_t *action;
-    int i;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    action = springls__contract_action(&ctx->model);
-    for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        action[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
-        *staying += action[i] == SPRINGLS__KEEP;
-    }
-    return SPRINGLS_OK;
-}
 
 /* Copies the values of springl j for the attributes that both models have; others are 0. */
 SPRINGLS__FN void springls__copy_other_values(springls_context *ctx, int n, const springls_context *other, int j)
@@ -543,52 +278,6 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
 SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
 {
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
-}
-
-/* Finds which springls of both models stay, and makes room for them in this one. Fails when none do, or more than max_springls. */
-SPRINGLS__FN springls_status springls__mark_both(springls_context *ctx, const springls__side_rule *rule, int *staying,
-                                                 springls_context *other, const springls__side_rule *other_rule, int *added)
-{
-    const int count = ctx->model.set.count;
-    springls_status status;
-    int i;
-    SPRINGLS__TRY(springls__mark_kept_springls(ctx, rule, staying));
-    status = springls__mark_kept_springls(other, other_rule, added);
-    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    if (*staying + *added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (*staying + *added > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, *staying + *added)));
-    for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], *staying + *added, count));
-    return SPRINGLS_OK;
-}
-
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of this model's springls
-   that reach the other's box, and of the other's that reach this one's. */
-SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
-                                                        springls_context *other, const springls__surface surfaces[2])
-{
-    const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
-    const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
-    const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
-    int i, count = ctx->model.set.count, staying, added;
-    SPRINGLS__TRY(springls__mark_both(ctx, &rule, &staying, other, &other_rule, &added));
-    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
-    SPRINGLS__TRY(springls__constellation_compact(ctx));
-    springls__attributes_after_removal(ctx, count);
-    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
-    for (i = 0; i < other->model.set.count; i++)
-        if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
-            springls__copy_other_springl(ctx, other, i, &other_rule, turn);
-    springls__stir(ctx, SPRINGLS__STIR_ALL, staying, added);
-    if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
-    if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
-    ctx->stats.removed += count - staying;
-    ctx->stats.added += added;
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
 }
 
 /* ---- windows ---- */
@@ -659,181 +348,484 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
 
-/* ---- what is awake already ---- */
+/* ---- what is in progress ---- */
 
-/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
-   it cuts, however many came before it without a step between. */
+/* A combination in progress: ctx->step.combination. */
+typedef struct springls__combination {
+    springls_operation operation;
+    springls_context *other;         /* the other model, or a copy                                             */
+    uint64_t other_version;          /* its model_version, which has to stay                                   */
+    springls__side_rule rule[2];     /* for the springls of this model and of the other                        */
+    springls__surface surfaces[2];   /* of the triangles of both that may touch those of the other             */
+    springls__box box[2];            /* of the springls of both                                                */
+    springls__cell_marks marks;      /* of the particles of one of them                                        */
+    springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
+    springls__bvh_progress *progress;
+    springls__both_originals originals;
+    springls__both_references references;
+    springls__buffer kept[2];        /* KEEP or REMOVE, for each springl of both                               */
+    int count, staying, added, next; /* springls: before; that stay; that come; of the other that come next    */
+    springls__calm_aside aside;
+    springls__completion completion;
+    springls__undo undo;
+} springls__combination;
 
-/* The calm of all slots while a combination, or a pass over its gaps, has its own, and the bricks that they had. */
-typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
+/* ---- which springls stay ---- */
 
-/* Puts the calm of the model aside: all of it is asleep, until what follows ends the calm of what it changes. Where nothing may sleep it
-   does nothing. */
-SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
+/* Marks the cells with particles of this model (of: 0) or of the other (1), in a box around the springls of the second of the two. */
+SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, springls__combination *c, int of)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
-    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slot_count * SPRINGLS__OCTANTS, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
-    memcpy(aside->calm.data, g->calm, slot_count * SPRINGLS__OCTANTS);
-    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
-    aside->slot_count = g->slot_count;
-    springls__rest_all(ctx);
-    return SPRINGLS_OK;
-}
-
-/* Goes back to the calm that was put aside, where it has not been ended since. */
-SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
-{
-    springls__grid *g = &ctx->model.grid;
-    const uint8_t *before = (const uint8_t *)aside->calm.data;
-    const int *brick = (const int *)aside->bricks.data;
-    int i, o;
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
-        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
-            if (before[o] < g->calm[o]) g->calm[o] = before[o];
-}
-
-SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__calm_aside *aside)
-{
-    springls__buffer_free(ctx, &aside->calm);
-    springls__buffer_free(ctx, &aside->bricks);
-}
-
-/* ---- gaps ---- */
-
-/* Which bricks are awake, put aside while fewer of them are to be. */
-typedef struct springls__awake_aside {
-    springls__calm_aside calm;
-    springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
-    int slot_count, asleep_count, some_asleep;
-    bool at_rest;
-} springls__awake_aside;
-
-SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
-    memcpy(aside->awake.data, g->awake, slot_count);
-    memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
-    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
-    aside->slot_count = g->slot_count;
-    aside->asleep_count = ctx->model.cells.asleep_count;
-    aside->some_asleep = g->some_asleep;
-    aside->at_rest = ctx->at_rest;
-    return SPRINGLS_OK;
-}
-
-/* Wakes what was awake; bricks that have come since are new, and so awake. */
-SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls__awake_aside *aside)
-{
-    springls__grid *g = &ctx->model.grid;
-    const uint8_t *awake = (const uint8_t *)aside->awake.data;
-    const int *brick = (const int *)aside->bricks.data;
+    const springls_context *model = of ? c->other : ctx;
+    const springls__box a = springls__box_of_springls(ctx), b = springls__box_of_springls(c->other);
+    const springls__springl *s = model->model.set.s;
     int i;
-    for (i = SPRINGLS__FIRST_SLOT; i < g->slot_count; i++) {
-        const bool was_there = i < aside->slot_count && g->slot_brick[i] == brick[i];
-        if (g->slot_brick[i] < 0) continue;
-        g->awake[i] = was_there ? awake[i] : 1;
-        g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
+    c->box[0] = a;
+    c->box[1] = b;
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, &c->marks,
+                                             springls__v3_make(springls__max(a.lower.x, b.lower.x), springls__max(a.lower.y, b.lower.y),
+                                                               springls__max(a.lower.z, b.lower.z)),
+                                             springls__v3_make(springls__min(a.upper.x, b.upper.x), springls__min(a.upper.y, b.upper.y),
+                                                               springls__min(a.upper.z, b.upper.z)), 1.0f));
+    for (i = 0; i < model->model.set.count; i++)
+        if (springls__reaches_box(&s[i], &c->box[1 - of])) springls__mark_cells_around(&c->marks, s[i].p, SPRINGLS__TRIANGLE_GAP);
+    return SPRINGLS_OK;
+}
+
+/* Finds the triangles of this model (of: 0) or of the other (1) that come near marked cells, and begins to build their hierarchy: no
+   other triangle is ever asked for. */
+SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, springls__combination *c, int of)
+{
+    const springls_context *model = of ? c->other : ctx;
+    const springls__springl *s = model->model.set.s;
+    springls__surface *surface = &c->surfaces[of];
+    int i, m, count = 0;
+    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], &c->box[1 - of]);
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->originals.items, (size_t)count + 1, sizeof(springls__bvh_item), 0));
+    for (i = count = 0; i < model->model.set.count; i++) {
+        const float r = s[i].bounding_radius;
+        const springls__v3 p = s[i].p;
+        if (!springls__reaches_box(&s[i], &c->box[1 - of])
+            || !springls__visit_cells(&c->marks, springls__v3_make(p.x - r, p.y - r, p.z - r),
+                                      springls__v3_make(p.x + r, p.y + r, p.z + r), false)) continue;
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
+        count++;
     }
-    springls__find_sleepers(ctx);
-    ctx->model.cells.asleep_count = aside->asleep_count;
-    g->some_asleep = aside->some_asleep;
-    ctx->at_rest = aside->at_rest;
-}
-
-/* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
-SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int first, springls__awake_aside *aside)
-{
-    springls__grid *g = &ctx->model.grid;
-    const uint8_t *awake = (const uint8_t *)aside->awake.data;
-    const int *brick = (const int *)aside->bricks.data;
-    int i;
-    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    springls__put_calm_back(ctx, &aside->calm);
-    SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
-    springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
-    SPRINGLS__TRY(springls__find_awake(ctx));
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
-        if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
-    springls__find_sleepers(ctx);
-    g->some_asleep = 1;
+    if (count == 0) return SPRINGLS_OK;
+    c->building = surface;
+    c->progress = &c->originals.progress;
+    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, c->progress);
     return SPRINGLS_OK;
 }
 
-/* Runs fill_gaps again where it has added the springls from number `first` on, until it adds none, at most five times. */
-SPRINGLS__FN springls_status springls__fill_again(springls_context *ctx, int first, springls__awake_aside *aside)
+SPRINGLS__FN springls_status springls__mark_other_particles(springls_context *ctx)
 {
-    const int max_passes = 5;
-    int i;
-    SPRINGLS__TRY(springls__put_awake_aside(ctx, aside));
-    for (i = 0; i < max_passes && first != ctx->model.set.count; i++) {
-        SPRINGLS__TRY(springls__wake_beside(ctx, first, aside));
-        first = ctx->model.set.count;
-        SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    }
-    springls__put_calm_back(ctx, &aside->calm);
-    if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, aside);
-    return SPRINGLS_OK;
-}
-
-/* Runs fill_gaps until it adds no springl, at most six times: a wide gap takes more than one. From the second time on only bricks beside
-   new springls are awake: elsewhere it would find what it has found. */
-SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
-{
-    const int count = ctx->model.set.count;
-    springls__awake_aside aside;
-    springls_status status;
-    SPRINGLS__TRY(springls__run_table(ctx, springls__fill_gaps));
-    if (count == ctx->model.set.count) return SPRINGLS_OK;
-    memset(&aside, 0, sizeof aside);
-    status = springls__fill_again(ctx, count, &aside);
-    springls__calm_aside_free(ctx, &aside.calm);
-    springls__buffer_free(ctx, &aside.awake);
-    springls__buffer_free(ctx, &aside.bricks);
-    return status;
-}
-
-/* ---- the call ---- */
-
-/* Completes a model whose springls and phi were changed, where it is awake: finds its edges, and fills its gaps. project: projects phi onto
-   the springls too, if params.project_level_set is set. */
-SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
-{
-    springls__constellation_changed(ctx);
-    springls__clear_target_volumes(ctx);
-    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
-    SPRINGLS__TRY(springls__run_table(ctx, springls__band_follow));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
-    SPRINGLS__TRY(springls__fill_all_gaps(ctx));
-    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
-    if (project && ctx->model.params.project_level_set)
-        SPRINGLS__TRY(springls__run_table(ctx, springls__project_level_set));
-    springls__mark_phi_synced(ctx);
-    return SPRINGLS_OK;
-}
-
-/* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
-SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
-                                               springls__surface surfaces[2])
-{
-    const springls__box own_box = springls__box_of_springls(ctx), other_box = springls__box_of_springls(other);
     if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
-    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[0], ctx, &other_box));
-    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[1], other, &own_box));
-    SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    return springls__mark_particles(ctx, ctx->step.combination, 1);
+}
+
+SPRINGLS__FN springls_status springls__gather_own(springls_context *ctx)
+{
+    return springls__gather_meeting(ctx, ctx->step.combination, 0);
+}
+
+SPRINGLS__FN springls_status springls__mark_own_particles(springls_context *ctx)
+{
+    return springls__mark_particles(ctx, ctx->step.combination, 0);
+}
+
+SPRINGLS__FN springls_status springls__gather_other(springls_context *ctx)
+{
+    return springls__gather_meeting(ctx, ctx->step.combination, 1);
+}
+
+SPRINGLS__FN bool springls__builds_hierarchy(const springls_context *ctx) { return ctx->step.combination->building != NULL; }
+
+/* Goes on with the hierarchy, for a fraction of a millisecond. */
+SPRINGLS__FN springls_status springls__build_hierarchy(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const int most = 4096;
+    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, c->progress, most)) c->building = NULL;
+    return SPRINGLS_OK;
+}
+
+static const springls__entry springls__build[] = {
+    SPRINGLS__REPEAT_WHILE(springls__builds_hierarchy)
+        SPRINGLS__DO(springls__build_hierarchy)
+    SPRINGLS__END
+SPRINGLS__END };
+
+/* Decides which springls of this model stay. */
+SPRINGLS__FN void springls__mark_own_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__combination *c = ctx->step.combination;
+    uint8_t *kept = (uint8_t *)c->kept[0].data;
+    (void)memory;
+    for (; begin < end; begin++)
+        kept[begin] = springls__is_kept(&c->rule[0], &ctx->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+}
+
+SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__combination *c = ((const springls_context *)arg)->step.combination;
+    uint8_t *kept = (uint8_t *)c->kept[1].data;
+    (void)memory;
+    for (; begin < end; begin++)
+        kept[begin] = springls__is_kept(&c->rule[1], &c->other->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+}
+
+/* Both level sets are as they were. Ends with a loop. */
+SPRINGLS__FN springls_status springls__mark_own(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    c->count = ctx->model.set.count;
+    c->rule[0] = springls__rule_of(&c->other->model.grid, &c->surfaces[1], c->operation, false);
+    c->rule[1] = springls__rule_of(&ctx->model.grid, &c->surfaces[0], c->operation, true);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[0], (size_t)c->count, 1, 0));
+    springls__loop_over(ctx, c->count, 64, 0, springls__mark_own_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__mark_other(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[1], (size_t)c->other->model.set.count, 1, 0));
+    springls__loop_over(ctx, c->other->model.set.count, 64, 0, springls__mark_other_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN int springls__count_kept(const springls__buffer *kept, int count)
+{
+    const uint8_t *action = (const uint8_t *)kept->data;
+    int i, n = 0;
+    for (i = 0; i < count; i++) n += action[i] == SPRINGLS__KEEP;
+    return n;
+}
+
+/* Counts the springls that stay, and makes room for them. Fails when none do, or more than max_springls. */
+SPRINGLS__FN springls_status springls__room_for_both(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    int i, sum;
+    c->staying = springls__count_kept(&c->kept[0], c->count);
+    c->added = springls__count_kept(&c->kept[1], c->other->model.set.count);
+    sum = c->staying + c->added;
+    if (sum == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (sum > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(c->count, sum)));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], sum, c->count));
+    return SPRINGLS_OK;
+}
+
+/* ---- what has been, to go back to ---- */
+
+enum { SPRINGLS__SAVED_PIECE = 16384 }; /* bytes */
+
+SPRINGLS__FN void springls__save_work(void *arg, int begin, int end, float *memory)
+{
+    springls_context *ctx = (springls_context *)arg;
+    const springls__undo *undo = &ctx->step.combination->undo;
+    const size_t last = (size_t)SPRINGLS__SAVED_PIECE * (size_t)end;
+    (void)memory;
+    springls__undo_copy(ctx, undo, (size_t)SPRINGLS__SAVED_PIECE * (size_t)begin, last < undo->all ? last : undo->all, false);
+}
+
+/* Saves the model. Ends with a loop. */
+SPRINGLS__FN springls_status springls__save_model(springls_context *ctx)
+{
+    springls__undo *undo = &ctx->step.combination->undo;
+    SPRINGLS__TRY(springls__undo_begin(ctx, undo));
+    springls__loop_over(ctx, (int)(undo->all / SPRINGLS__SAVED_PIECE) + 1, 4, 0, springls__save_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__model_saved(springls_context *ctx)
+{
+    ctx->step.combination->undo.whole = true;
+    return springls__put_calm_aside(ctx, &ctx->step.combination->aside);
+}
+
+/* ---- originals ---- */
+
+SPRINGLS__FN springls_status springls__combine_grids(springls_context *ctx)
+{
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
-    SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
-    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
-    springls__combine_level_sets(ctx, operation, &other->model.grid);
-    springls__find_awake(ctx);
-    SPRINGLS__TRY(springls__complete_model(ctx, true));
+    return springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid);
+}
+
+SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    return springls__originals_begin(ctx, &c->originals, &c->other->original, c->operation == SPRINGLS_OPERATION_DIFFERENCE);
+}
+
+/* Room for originals: in parts, because memory that has never been touched takes its time. */
+SPRINGLS__FN springls_status springls__room_for_sources(springls_context *ctx)
+{
+    return springls__sources_room(ctx, &ctx->step.combination->originals);
+}
+
+SPRINGLS__FN springls_status springls__room_for_points(springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return springls__points_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+}
+
+SPRINGLS__FN springls_status springls__room_for_nodes(springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return springls__nodes_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+}
+
+SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
+{
+    const springls__both_originals *both = &ctx->step.combination->originals;
+    return both->next < ctx->original.count + both->other->count;
+}
+
+SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
+{
+    springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__build_originals(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(springls__originals_copied(ctx, &c->originals));
+    if (!c->originals.joined && c->originals.made.count > 0) {
+        c->building = &c->originals.made;
+        c->progress = &c->originals.progress;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__take_originals(springls_context *ctx)
+{
+    springls__both_originals *both = &ctx->step.combination->originals;
+    if (!both->joined) springls__exchange_originals(ctx, both);
+    return SPRINGLS_OK;
+}
+
+/* Makes the reference level set of both originals. Ends with a loop. */
+SPRINGLS__FN springls_status springls__add_references(springls_context *ctx)
+{
+    springls__both_references *both = &ctx->step.combination->references;
+    both->first = &ctx->model.reference;
+    both->second = &ctx->step.combination->other->model.reference;
+    both->grid = *both->first;
+    SPRINGLS__TRY(springls__reserve_references(ctx, both));
+    springls__fill(both->grid.phi, SPRINGLS__OUTSIDE, both->first->far_value);
+    springls__fill(both->grid.phi, SPRINGLS__INSIDE, -both->first->far_value);
+    springls__loop_over(ctx, (int)springls__entry_count(&both->grid), 64, 0, springls__merge_references_work, both);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
+{
+    springls__exchange_references(ctx, &ctx->step.combination->references);
+    return SPRINGLS_OK;
+}
+
+/* ---- springls ---- */
+
+/* Removes the springls of this model that do not stay. */
+SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
+    memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, c->count);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__pull_work(void *arg, int begin, int end, float *memory)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    springls__springl *s = ctx->model.set.s;
+    (void)memory;
+    for (; begin < end; begin++) s[begin] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[begin]);
+}
+
+/* Pulls the springls that stay to the seam; phi is still as it was. Ends with a loop. */
+SPRINGLS__FN springls_status springls__pull_own(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->step.combination->staying, 64, 0, springls__pull_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__takes_more(const springls_context *ctx)
+{
+    return ctx->step.combination->next < ctx->step.combination->other->model.set.count;
+}
+
+/* Takes springls of the other model, some at a time. */
+SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const bool turn = c->operation == SPRINGLS_OPERATION_DIFFERENCE;
+    const uint8_t *kept = (const uint8_t *)c->kept[1].data;
+    const int end = springls__imin(c->next + 1024, c->other->model.set.count);
+    for (; c->next < end; c->next++)
+        if (kept[c->next] == SPRINGLS__KEEP) springls__copy_other_springl(ctx, c->other, c->next, &c->rule[1], turn);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
+    if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
+    if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
+    ctx->stats.removed += c->count - c->staying;
+    ctx->stats.added += c->added;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- phi ---- */
+
+SPRINGLS__FN void springls__combine_bricks_work(void *arg, int begin, int end, float *memory)
+{
+    springls_context *ctx = (springls_context *)arg;
+    const springls__combination *c = ctx->step.combination;
+    springls__grid *g = &ctx->model.grid;
+    (void)memory;
+    for (; begin < end; begin++)
+        springls__combine_brick(g, c->operation, &c->other->model.grid, springls__entry_of_brick(g, g->slot_brick[g->active[begin]]));
+}
+
+/* Computes phi of the result. The bricks of both are active. Ends with a loop. */
+SPRINGLS__FN springls_status springls__combine_bricks(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.grid.active_count, 4, 0, springls__combine_bricks_work, ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__level_sets_combined(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    springls__grid *g = &ctx->model.grid;
+    int i, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] < SPRINGLS__FIRST_SLOT)
+            g->top[i] = springls__combined_phi(c->operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
+                                               *springls__phi_of_entry(&c->other->model.grid, g, i)) < 0.0f
+                      ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    springls__swap_phi(ctx);
+    ctx->omega_fresh = false;
+    return springls__find_awake(ctx);
+}
+
+/* Goes back to what was awake before, where it has not changed. */
+SPRINGLS__FN springls_status springls__combination_end(springls_context *ctx)
+{
+    const springls__calm_aside *aside = &ctx->step.combination->aside;
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    springls__put_calm_back(ctx, aside);
+    return aside->slot_count ? springls__find_awake(ctx) : SPRINGLS_OK;
+}
+
+/* Until the model is saved it does not change. What costs most is the completion of what is cut. */
+static const springls__entry springls__combine[] = {
+    SPRINGLS__DO(springls__mark_other_particles)
+    SPRINGLS__DO(springls__gather_own)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__mark_own_particles)
+    SPRINGLS__DO(springls__gather_other)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__mark_own)
+    SPRINGLS__DO(springls__mark_other)
+    SPRINGLS__DO(springls__room_for_both)
+    SPRINGLS__DO(springls__save_model)
+    SPRINGLS__DO(springls__model_saved)
+    SPRINGLS__DO(springls__combine_grids)
+    SPRINGLS__DO(springls__add_originals)
+    SPRINGLS__DO(springls__room_for_sources)
+    SPRINGLS__DO(springls__room_for_points)
+    SPRINGLS__DO(springls__room_for_nodes)
+    SPRINGLS__REPEAT_WHILE(springls__copies_originals) SPRINGLS__DO(springls__copy_originals) SPRINGLS__END
+    SPRINGLS__DO(springls__build_originals)
+    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__take_originals)
+    SPRINGLS__DO(springls__add_references)
+    SPRINGLS__DO(springls__take_references)
+    SPRINGLS__DO(springls__remove_cut)
+    SPRINGLS__DO(springls__pull_own)
+    SPRINGLS__REPEAT_WHILE(springls__takes_more) SPRINGLS__DO(springls__take_some) SPRINGLS__END
+    SPRINGLS__DO(springls__springls_taken)
+    SPRINGLS__DO(springls__combine_bricks)
+    SPRINGLS__DO(springls__level_sets_combined)
+    SPRINGLS__CALL(springls__complete)
+    SPRINGLS__DO(springls__combination_end)
+SPRINGLS__END };
+
+/* ---- begin and end ---- */
+
+/* Fails where the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
+SPRINGLS__FN springls_status springls__combination_go_on(springls_context *ctx)
+{
+    const springls__combination *c = ctx->step.combination;
+    if (c->other->model_version != c->other_version)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has changed since combine_begin");
+    return springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS);
+}
+
+/* Frees what a combination had. On failure the model is as it was before; empty where nothing is left. */
+SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_status status)
+{
+    springls__combination *c = ctx->step.combination;
+    ctx->step.combination = NULL;
+    ctx->step.go_on = NULL;
+    ctx->completion = NULL;
+    if (status != SPRINGLS_OK) {
+        springls__undo_originals(ctx, &c->originals);
+        if (c->references.taken) springls__exchange_references(ctx, &c->references);
+        if (c->undo.whole) springls__undo_back(ctx, &c->undo);
+    }
+    springls__surface_free(ctx, &c->surfaces[0]);
+    springls__surface_free(ctx, &c->surfaces[1]);
+    springls__buffer_free(ctx, &c->marks.memory);
+    springls__both_originals_free(ctx, &c->originals);
+    springls__references_free(ctx, &c->references);
+    springls__buffer_free(ctx, &c->kept[0]);
+    springls__buffer_free(ctx, &c->kept[1]);
+    springls__calm_aside_free(ctx, &c->aside);
+    springls__awake_aside_free(ctx, &c->completion.aside);
+    springls_destroy(ctx->step.owned);
+    ctx->step.owned = NULL;
+    springls__release(ctx, c, sizeof *c);
+    if (status == SPRINGLS_EMPTY_MODEL) springls__clear_model(ctx);
+}
+
+/* Begins to combine a model with another one in the same window; owned: the same, to be destroyed at the end; a caller
+   destroys it where none begins. */
+SPRINGLS__FN springls_status springls__combination_begin(springls_context *ctx, springls_operation operation, springls_context *other,
+                                                         springls_context *owned)
+{
+    springls__combination *c = (springls__combination *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    memset(c, 0, sizeof *c);
+    c->operation = operation;
+    c->other = other;
+    c->other_version = other->model_version;
+    c->completion.project = true;
+    memset(&ctx->step, 0, sizeof ctx->step);
+    ctx->step.combination = c;
+    ctx->step.owned = owned;
+    ctx->step.go_on = springls__combination_go_on;
+    ctx->step.ended = springls__combination_ended;
+    ctx->completion = &c->completion;
+    springls__begin_step(ctx, springls__combine);
+    ctx->work.on_device = false;
     return SPRINGLS_OK;
 }
 
@@ -861,45 +853,15 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Combines a model with another one in the same window, and empties it on failure. */
-SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, springls_operation operation,
-                                                         springls_context *other)
+/* Begins to combine checked operands, in windows that suit; a copy of the other where it has another window, or springls that its phi
+   has not followed. owned: the other, or NULL. */
+SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, springls_operation operation, springls_context *other,
+                                                     springls_context *owned)
 {
-    springls__surface surfaces[2];
-    springls__calm_aside aside;
     springls_status status;
-    memset(surfaces, 0, sizeof surfaces);
-    memset(&aside, 0, sizeof aside);
-    status = springls__put_calm_aside(ctx, &aside);
-    if (status == SPRINGLS_OK) status = springls__combine(ctx, operation, other, surfaces);
-    if (status == SPRINGLS_OK) {
-        springls__put_calm_back(ctx, &aside);
-        if (aside.slot_count) springls__find_awake(ctx);
-    }
-    springls__calm_aside_free(ctx, &aside);
-    springls__surface_free(ctx, &surfaces[0]);
-    springls__surface_free(ctx, &surfaces[1]);
-    return springls__clear_on_failure(ctx, status);
-}
-
-/* Combines a model with a copy of another one, which has another window, or springls that its phi has not followed. */
-SPRINGLS__FN springls_status springls__combine_copy(springls_context *ctx, springls_operation operation, springls_context *other)
-{
     springls_context *copy = NULL;
-    springls_status status = springls__copy_into_window(ctx, other, &copy);
-    if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
-    springls_destroy(copy);
-    return status;
-}
-
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
-{
-    springls_status status;
     int bricks[3];
     bool apart, moved = false;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__begin_change(ctx));
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__moved_since_phi(other, &moved);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
@@ -913,7 +875,40 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
         SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks));
         if (ctx->desc.follow) SPRINGLS__TRY(springls__move_window(ctx, bricks));
     }
-    return apart || moved ? springls__combine_copy(ctx, operation, other) : springls__combine_in_window(ctx, operation, other);
+    if (!apart && !moved) return springls__combination_begin(ctx, operation, other, owned);
+    status = springls__copy_into_window(ctx, other, &copy);
+    if (status == SPRINGLS_OK) status = springls__combination_begin(ctx, operation, copy, copy);
+    if (status != SPRINGLS_OK) springls_destroy(copy);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    return springls__combine_begin(ctx, operation, other, NULL);
+}
+
+SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
+{
+    springls_status status;
+    double until;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!done) return springls__fail_null(ctx, "combine_continue", "done");
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_continue: the seconds are NaN");
+    if (!ctx->step.active || !ctx->step.combination) return SPRINGLS_OK;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
+    status = springls__resume_step(ctx, &until);
+    *done = !ctx->step.active;
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    SPRINGLS__TRY(springls_combine_begin(ctx, operation, other));
+    return springls__finish_step(ctx);
 }
 
 /* Samples the function in the window of the model into a new one. */
@@ -931,8 +926,8 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
-                                                       springls_implicit_fn fn, void *user)
+SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+                                                             springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
     springls_status status;
@@ -946,9 +941,17 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
         springls_destroy(other);
         status = springls__implicit_alike(ctx, fn, user, &other);
     }
-    if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
-    springls_destroy(other);
+    if (status == SPRINGLS_OK) status = springls__check_operands(ctx, operation, other);
+    if (status == SPRINGLS_OK) status = springls__combine_begin(ctx, operation, other, other);
+    if (ctx->step.owned != other) springls_destroy(other);
     return status;
+}
+
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user)
+{
+    SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));
+    return springls__finish_step(ctx);
 }
 
 #endif

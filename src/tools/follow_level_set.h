@@ -254,7 +254,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
     SPRINGLS__TRY(springls__add_isolated(job, &added));
     SPRINGLS__TRY(springls__fill_new_values(ctx, desc, first));
     springls__find_awake(ctx);
-    return springls__complete_model(ctx, false);
+    return springls__run_completion(ctx, springls__complete);
 }
 
 /* Makes the model that holds the new level set, and counts the triangles of its zero. */

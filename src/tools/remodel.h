@@ -178,7 +178,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__complete_model(ctx, false); /* phi is exact already */
+    return springls__run_completion(ctx, springls__complete); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -309,7 +309,7 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
         SPRINGLS__TRY(springls__split_all(ctx));
         SPRINGLS__TRY(springls__run_table(ctx, springls__relax));
         SPRINGLS__TRY(springls__run_table(ctx, springls__contract_now));
-        SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+        SPRINGLS__TRY(springls__run_completion(ctx, springls__fill_every_gap));
     }
     springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;

@@ -622,6 +622,10 @@ typedef struct call_end_state {
 /* Returns whether a call consists of steps: those that were complete when the device failed stay, and the call adds to them when it
    is made again. */
 FIXTURE bool call_has_steps(const call_row *call) { return call->run == call_run || call->run == call_smooth; }
+FIXTURE bool call_combines(const call_row *call)
+{
+    return call->run == call_combine || call->run == call_combine_begin || call->run == call_combine_continue;
+}
 
 /* Makes a call on a model that has moved; call number fail_at into OpenCL fails, once or (on) from there on; -1: none. A call that
    has failed is made again unless it has been completed without the device. Returns what is wrong; NULL: nothing. */
@@ -652,7 +656,7 @@ FIXTURE const char *call_with_fault(const call_row *call, call_bench *b, int fai
         else if (!call_has_steps(call) && springls_state_hash(b->ctx) != expected->hash) fault = "the model is another one";
     }
     call_end(b);
-    if (!fault && end->log.errors > 1 + (call->run == call_combine)) fault = "it is reported twice"; /* two models report */
+    if (!fault && end->log.errors > 1 + call_combines(call)) fault = "it is reported twice"; /* two models report */
     if (!fault && (heap.blocks != 0 || heap.wrong_sizes != 0 || !fault_leaves_nothing())) fault = "something is left";
     return fault;
 }

@@ -1,4 +1,5 @@
-/* print_tables.c - prints what a step and an update of chunks run, as their tables say (runtime/entries.h), for docs/architecture.md. */
+/* print_tables.c - prints what a step, an update of chunks and a combination run, as their tables say (runtime/entries.h), for
+   docs/architecture.md. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
@@ -66,6 +67,7 @@ int main(void)
     int i;
     list("step", springls__step);
     list("chunks_update", springls__chunks_update);
+    list("combine", springls__combine);
     for (i = 0; i < table_count; i++) print_table(table_names[i], tables[i]);
     putchar('\n');
     return ferror(stdout) || fflush(stdout) != 0;

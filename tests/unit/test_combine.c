@@ -1,5 +1,5 @@
 /* test_combine.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes
-   and places on the original surfaces kept, refusals, memory that runs out. */
+   and places on the original surfaces kept, combinations in pieces, refusals, memory that runs out. */
 #include "fixtures.h"
 
 enum { SIZE = 40 };
@@ -738,7 +738,189 @@ TEST wrong_calls_are_refused(void)
     PASS();
 }
 
-/* One allocation fails: the model is empty, or as good as before or after; nothing is lost, and the context serves again. */
+/* ---- combinations in pieces ---- */
+
+/* A box with a colour that has come some steps, and a tool at its corner. */
+static springls_status make_pair(springls_context *pair[2])
+{
+    const springls_box body = box_at(15.2f, 19.7f, 6.3f);
+    const springls_step_desc rest = springls_default_step_desc();
+    pair[0] = fixture_context(SIZE, NULL);
+    pair[1] = ball_at(21.0f, 5.0f);
+    SPRINGLS__TRY(springls_set_implicit(pair[0], springls_implicit_box, (void *)(uintptr_t)&body));
+    SPRINGLS__TRY(paint(pair[0], "colour", 1.0f));
+    SPRINGLS__TRY(paint(pair[1], "colour", 2.0f));
+    return springls_step(pair[0], &rest);
+}
+
+static void free_pair(springls_context *pair[2])
+{
+    springls_destroy(pair[0]);
+    springls_destroy(pair[1]);
+}
+
+/* Runs at most `most` pieces of a combination. */
+static springls_status run_pieces(springls_context *ctx, double seconds, int most, int *pieces, bool *done)
+{
+    springls_status status = SPRINGLS_OK;
+    for (*done = false, *pieces = 0; status == SPRINGLS_OK && !*done && *pieces < most; ++*pieces)
+        status = springls_combine_continue(ctx, seconds, done);
+    return status;
+}
+
+/* Two combinations at once, and in pieces between which somebody looks. */
+TEST the_same_bits_in_pieces(int operation, double seconds)
+{
+    springls_context *whole[2], *cut[2];
+    springls_sphere hole = fixture_ball(12.0f, 13.4f, 19.0f, 3.1f);
+    const springls_step_desc rest = springls_default_step_desc();
+    springls_hit hit;
+    float point[3] = { 20.0f, 19.0f, 18.0f };
+    int pieces, all = 0, k;
+    bool done = false;
+    ASSERT_OK(make_pair(whole));
+    ASSERT_OK(make_pair(cut));
+    ASSERT_OK(springls_combine(whole[0], (springls_operation)operation, whole[1]));
+    ASSERT_OK(springls_combine_begin(cut[0], (springls_operation)operation, cut[1]));
+    while (!done) {
+        ASSERT(!springls_step_in_progress(cut[0]));
+        ASSERT_OK(run_pieces(cut[0], seconds, 7, &pieces, &done));
+        ASSERT_OK(springls_closest(cut[0], SPRINGLS_SURFACE_SOUP, point, 1, &hit));
+        ASSERT_OK(springls_closest(cut[1], SPRINGLS_SURFACE_WATERTIGHT, point, 1, &hit)); /* the other may be read */
+        all += pieces;
+    }
+    if (seconds == 0.0) ASSERT_GT(all, 100);
+    if (seconds > 1e9) ASSERT_EQ(1, all);
+    ASSERT_EQ(springls_state_hash(whole[0]), springls_state_hash(cut[0]));
+    ASSERT_OK(springls_combine_implicit(whole[0], SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &hole));
+    ASSERT_OK(springls_combine_implicit_begin(cut[0], SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &hole));
+    for (done = false; !done;) ASSERT_OK(run_pieces(cut[0], seconds, 100, &pieces, &done));
+    for (k = 0; k < 2; k++) {
+        ASSERT_EQ(springls_state_hash(whole[0]), springls_state_hash(cut[0]));
+        ASSERT_EQ(springls_material_triangle_count(whole[0]), springls_material_triangle_count(cut[0]));
+        ASSERT_EQ(0, memcmp(springls_view_attribute(whole[0], 0).data, springls_view_attribute(cut[0], 0).data,
+                            (size_t)springls_count(cut[0]) * sizeof(float)));
+        ASSERT_OK(springls_step(whole[0], &rest));
+        ASSERT_OK(springls_step(cut[0], &rest));
+    }
+    free_pair(whole);
+    free_pair(cut);
+    PASS();
+}
+
+/* A model is as one that has never been combined: also in later bits. */
+static greatest_test_res is_untouched(springls_context *ctx, springls_context *twin)
+{
+    const springls_step_desc rest = springls_default_step_desc();
+    springls_sphere hole = fixture_ball(12.0f, 13.4f, 19.0f, 3.1f);
+    size_t size[2];
+    void *block[2];
+    int k, i;
+    for (k = 0; k < 2; k++) {
+        for (i = 0; i < 2; i++) {
+            ASSERT_OK(springls_snapshot(i ? twin : ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size[i]));
+            block[i] = malloc(size[i]);
+            ASSERT_OK(springls_snapshot(i ? twin : ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block[i], size[i], &size[i]));
+        }
+        ASSERT_EQ(size[1], size[0]);
+        ASSERT_EQ(0, memcmp(block[0], block[1], size[0]));
+        free(block[0]);
+        free(block[1]);
+        if (k) break;
+        for (i = 0; i < 2; i++) {
+            ASSERT_OK(springls_combine_implicit(i ? twin : ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &hole));
+            ASSERT_OK(springls_step(i ? twin : ctx, &rest));
+        }
+    }
+    PASS();
+}
+
+enum { BY_CHANGED_TOOL, BY_FRAME, BY_STEP, BY_SNAPSHOT, BY_RESET, BY_DESTROY, STOPS };
+
+/* What a combination in progress meets, after so many pieces. */
+TEST stopped_in_the_middle(int how, int most)
+{
+    const springls_step_desc rest = springls_default_step_desc();
+    springls_context *cut[2], *twin[2];
+    size_t size;
+    void *frame;
+    int pieces;
+    bool done;
+    ASSERT_OK(make_pair(cut));
+    ASSERT_OK(make_pair(twin));
+    ASSERT_OK(springls_snapshot(cut[0], SPRINGLS_SNAPSHOT_KIND_FRAME, NULL, 0, &size));
+    frame = malloc(size);
+    ASSERT_OK(springls_snapshot(cut[0], SPRINGLS_SNAPSHOT_KIND_FRAME, frame, size, &size));
+    ASSERT_OK(springls_combine_begin(cut[0], SPRINGLS_OPERATION_DIFFERENCE, cut[1]));
+    ASSERT_OK(run_pieces(cut[0], 0.0, most, &pieces, &done));
+    ASSERT(!done);
+    switch (how) {
+    case BY_CHANGED_TOOL:
+        ASSERT_OK(springls_step(cut[1], &rest));
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(cut[0], 0.0, &done));
+        ASSERT(done);
+        ASSERT(strstr(springls_last_error(cut[0]), "has changed"));
+        ASSERT_OK(springls_combine_continue(cut[0], 0.0, &done)); /* nothing to do */
+        CHECK_CALL(is_untouched(cut[0], twin[0]));
+        break;
+    case BY_FRAME:
+        ASSERT_OK(springls_restore(cut[0], frame, size));
+        ASSERT_OK(springls_restore(twin[0], frame, size));
+        CHECK_CALL(is_untouched(cut[0], twin[0]));
+        break;
+    case BY_STEP: /* completes it */
+        ASSERT_OK(springls_combine(twin[0], SPRINGLS_OPERATION_DIFFERENCE, twin[1]));
+        ASSERT_OK(springls_step(twin[0], &rest));
+        ASSERT_OK(springls_step(cut[0], &rest));
+        ASSERT_EQ(springls_state_hash(twin[0]), springls_state_hash(cut[0]));
+        break;
+    case BY_SNAPSHOT:
+        ASSERT_OK(springls_combine(twin[0], SPRINGLS_OPERATION_DIFFERENCE, twin[1]));
+        CHECK_CALL(is_untouched(cut[0], twin[0]));
+        break;
+    case BY_RESET:
+        ASSERT_OK(springls_reset(cut[0]));
+        ASSERT_EQ(0, springls_count(cut[0]));
+        ASSERT_OK(springls_combine_continue(cut[0], 0.0, &done));
+        ASSERT(done);
+        break;
+    default: break; /* the fixtures look for leaks */
+    }
+    free(frame);
+    free_pair(cut);
+    free_pair(twin);
+    PASS();
+}
+
+/* A combination of which nothing is left ends with an empty model; wrong arguments leave one in progress. */
+TEST pieces_end(void)
+{
+    springls_context *pair[2], *inner = ball_at(15.2f, 3.0f), *outer = ball_at(15.2f, 12.0f);
+    bool done = true;
+    int pieces;
+    ASSERT_OK(make_pair(pair));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_begin(NULL, SPRINGLS_OPERATION_UNION, inner));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_begin(pair[0], SPRINGLS_OPERATION_UNION, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT,
+                  springls_combine_implicit_begin(NULL, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_implicit_begin(pair[0], SPRINGLS_OPERATION_UNION, NULL, NULL));
+    ASSERT_OK(springls_combine_begin(inner, SPRINGLS_OPERATION_DIFFERENCE, outer));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(NULL, 0.0, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(inner, 0.0, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(inner, (double)NAN, &done));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, run_pieces(inner, -1.0, 1 << 20, &pieces, &done));
+    ASSERT(done);
+    ASSERT_EQ(0, springls_count(inner));
+    ASSERT_OK(springls_combine_continue(pair[0], 0.0, &done)); /* nothing to do */
+    ASSERT(done);
+    springls_destroy(inner);
+    springls_destroy(outer);
+    free_pair(pair);
+    PASS();
+}
+
+/* One allocation fails: the model is empty, or as good as before or after; after a combination as before to the bit. Nothing is lost, and
+   the context serves again. */
 static greatest_test_res starve(int call, int fail_at, int *failed)
 {
     springls_sphere one = fixture_ball(6.5f, 8.5f, 8.5f, 3.2f), two = fixture_ball(9.3f, 8.5f, 8.5f, 3.2f);
@@ -746,10 +928,12 @@ static greatest_test_res starve(int call, int fail_at, int *failed)
     springls_context *ctx;
     springls_status status;
     fixture_heap heap;
+    uint64_t before;
     desc.allocator = fixture_allocator(&heap);
     ASSERT_OK(springls_create(&desc, &ctx));
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &one));
     ASSERT_OK(paint(ctx, "colour", 1.0f));
+    before = springls_state_hash(ctx);
     heap.fail_at = heap.calls + fail_at;
     status = call == 0 ? springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &two)
            : call == 1 ? springls_offset(ctx, 2.0f) : call == 2 ? springls_smooth(ctx, 1.0f, false) : springls_remesh(ctx);
@@ -760,6 +944,7 @@ static greatest_test_res starve(int call, int fail_at, int *failed)
     if (springls_count(ctx) > 0) ASSERT_EQ(springls_count(ctx), springls_view_attribute(ctx, 0).count);
     heap.fail_at = -1;
     ASSERT_EQ(heap.bytes, springls_memory_used(ctx));
+    if (call == 0 && status != SPRINGLS_OK) ASSERT_EQ(before, springls_state_hash(ctx));
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &one));
     ASSERT_GT(springls_count(ctx), 50);
     springls_destroy(ctx);
@@ -807,6 +992,11 @@ int main(int argc, char **argv)
     for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
     RUN_TEST(springls_that_wait);
     RUN_TEST(wrong_calls_are_refused);
+    for (i = 0; i < 3; i++) RUN_TESTp(the_same_bits_in_pieces, i, 0.0);
+    RUN_TESTp(the_same_bits_in_pieces, 0, 0.001);
+    RUN_TESTp(the_same_bits_in_pieces, 2, 1e10);
+    for (i = 0; i < 6 * STOPS; i++) RUN_TESTp(stopped_in_the_middle, i % STOPS, 4 + 40 * (i / STOPS));
+    RUN_TEST(pieces_end);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();
 }

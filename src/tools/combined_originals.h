@@ -1,0 +1,259 @@
+/* combined_originals.h - makes the original surface, and the reference level set, of two models that are combined. */
+#ifndef SPRINGLS__TOOLS_COMBINED_ORIGINALS_H
+#define SPRINGLS__TOOLS_COMBINED_ORIGINALS_H
+
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/memory.h"
+#include "../model/bvh.h"
+#include "../model/grid.h"
+#include "cell_marks.h"
+
+/* ---- reference level sets ---- */
+
+/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
+SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
+{
+    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
+typedef struct springls__both_references {
+    const springls__grid *first, *second;
+    springls__grid grid;
+    springls__buffer plane, top, phi;
+    bool taken;             /* the model has it, and these buffers are what it had before */
+} springls__both_references;
+
+/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
+   slots. */
+SPRINGLS__FN int springls__number_references(springls__both_references *both)
+{
+    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    for (i = 0; i < entries; i++) {
+        const int brick = springls__brick_of_entry(&both->grid, i);
+        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
+    }
+    return slot_count;
+}
+
+/* Writes the reference level set of the result at the entries begin <= i < end. Of the two originals' values takes that of smaller size,
+   because tracking uses phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN void springls__merge_references_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__both_references *both = (const springls__both_references *)arg;
+    const springls__grid *g = &both->grid;
+    int v;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const float *a = springls__phi_of_entry(both->first, g, begin), *b = springls__phi_of_entry(both->second, g, begin);
+        float *out = g->phi + (size_t)g->top[begin] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[begin] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+    }
+}
+
+/* Exchanges a buffer of the model with another. */
+SPRINGLS__FN void springls__exchange_memory(springls_context *ctx, springls__array array, springls__buffer *with)
+{
+    springls__buffer *memory = &ctx->memory[array];
+    const springls__buffer before = *memory;
+    memory->data = with->data;
+    memory->bytes = with->bytes;
+    with->data = before.data;
+    with->bytes = before.bytes;
+}
+
+/* Makes the memory of the reference that is made of both, and numbers its bricks. */
+SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    springls__brick_groups groups = springls__no_groups();
+    springls__table table;
+    springls__keep_grid(both->first, &groups, springls__unmoved);
+    springls__keep_grid(both->second, &groups, springls__unmoved);
+    table = springls__table_of(both->first, &groups);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
+    g->plane = (int *)both->plane.data;
+    g->top = (int *)both->top.data;
+    springls__take_table(g, &table);
+    g->slot_count = springls__number_references(both);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->phi = (float *)both->phi.data;
+    return SPRINGLS_OK;
+}
+
+/* Exchanges the reference level set of the model with that which is made of both, or back. */
+SPRINGLS__FN void springls__exchange_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &ctx->model.reference;
+    const springls__grid before = *g;
+    g->table = both->grid.table;
+    g->slot_count = both->grid.slot_count;
+    both->grid.table = before.table;
+    both->grid.slot_count = before.slot_count;
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both->plane);
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both->top);
+    springls__exchange_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both->phi);
+    both->taken = !both->taken;
+    springls__bind(ctx);
+}
+
+SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__both_references *both)
+{
+    springls__buffer_free(ctx, &both->plane);
+    springls__buffer_free(ctx, &both->top);
+    springls__buffer_free(ctx, &both->phi);
+}
+
+/* ---- original surfaces ---- */
+
+/* The original surface of both models: joined to that of the first, or made anew. Where it is made anew, triangles that no springl has its
+   correspondence on or near go, now and then: of parts that combinations have cut away. The others keep their numbers in the caller's
+   meshes. */
+typedef struct springls__both_originals {
+    const springls__surface *other;
+    springls__surface before;      /* the first, as it was                                             */
+    springls__surface made;        /* made anew; where the model has taken it, what it had before      */
+    springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
+    springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
+    springls__buffer items;        /* of the builder                                                   */
+    springls__bvh_progress progress;
+    int next, count;               /* the triangle, of both together, to be copied next; those that are there */
+    bool turn;                     /* the triangles of the other                                       */
+    bool drops, joined, taken;
+} springls__both_originals;
+
+/* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
+   many then share. */
+enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
+
+/* Returns true when unused triangles of the original surface are to be dropped as another one is added. */
+SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other)
+{
+    return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
+}
+
+/* Marks the cells that a correspondence is near. */
+SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
+{
+    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
+    const springls__bvh_node *bounds = &ctx->original.nodes[0];
+    int i;
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, marks, springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]),
+                                             springls__v3_make(bounds->upper[0], bounds->upper[1], bounds->upper[2]), 1.0f));
+    for (i = 0; i < ctx->model.set.count; i++) springls__mark_cells_around(marks, ctx->model.set.a[i], margin);
+    return SPRINGLS_OK;
+}
+
+/* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
+SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, springls__both_originals *both,
+                                                       const springls__surface *other, bool turn)
+{
+    springls__surface *own = &ctx->original;
+    const bool joins = own->count && other->count && own->joins + other->joins + 1 <= SPRINGLS__BVH_JOINS;
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    both->other = other;
+    both->turn = turn;
+    both->drops = springls__drops_originals(own, other);
+    both->to = joins && !both->drops ? own : &both->made;
+    both->next = both->count = both->to == own ? own->count : 0;
+    return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
+}
+
+/* Makes room for where the triangles of both come from. */
+SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, springls__both_originals *both)
+{
+    springls__surface *to = both->to;
+    const size_t count = (size_t)both->count, all = (size_t)ctx->original.count + (size_t)both->other->count + 1;
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &to->source_memory, all, sizeof(int), to->source ? count * sizeof(int) : 0));
+    if (to->source) to->source = (int *)to->source_memory.data;
+    else
+        for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
+    return springls__buffer_grow(ctx, &both->items, both->to == &both->made ? all : 1, sizeof(springls__bvh_item), 0);
+}
+
+/* Copies triangle i of `from`, which were given after so many others. */
+SPRINGLS__FN void springls__copy_original(springls__both_originals *both, const springls__surface *from, int i, int given_before, bool turn)
+{
+    springls__v3 *points = both->to->points + 3 * both->count;
+    int k;
+    for (k = 0; k < 3; k++) points[k] = from->points[3 * i + (turn && k ? 3 - k : k)];
+    ((int *)both->to->source_memory.data)[both->count++] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
+}
+
+/* Returns whether a correspondence may be on triangle i of this model's original surface. */
+SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *both, const springls__surface *own, int i)
+{
+    springls__box box = springls__box_empty();
+    int k;
+    if (!both->drops) return true;
+    for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
+    return springls__visit_cells(&both->marks, box.lower, box.upper, false);
+}
+
+/* Copies some triangles. */
+SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
+{
+    const springls__surface *own = &ctx->original;
+    const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
+    for (; both->next < end; both->next++)
+        if (both->next >= count) springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
+        else if (springls__is_original_used(both, own, both->next)) springls__copy_original(both, own, both->next, 0, false);
+}
+
+/* Joins the hierarchies, or begins to build that of the surface made anew. */
+SPRINGLS__FN springls_status springls__originals_copied(springls_context *ctx, springls__both_originals *both)
+{
+    springls__surface *own = &ctx->original, *made = &both->made;
+    if (both->to == own) {
+        both->before = *own;
+        own->source = (int *)own->source_memory.data;
+        both->joined = true;
+        return springls__surface_join(ctx, own, both->other);
+    }
+    if (both->count > 0)
+        springls__surface_build_begin(made, both->count, (springls__bvh_item *)both->items.data, &both->progress);
+    made->source = (int *)made->source_memory.data;
+    made->given = own->given + both->other->given;
+    return SPRINGLS_OK;
+}
+
+/* Exchanges the original surface of the model with that which was made anew, or back. */
+SPRINGLS__FN void springls__exchange_originals(springls_context *ctx, springls__both_originals *both)
+{
+    const springls__surface before = ctx->original;
+    ctx->original = both->made;
+    both->made = before;
+    both->taken = !both->taken;
+}
+
+/* Goes back to the original surface before. A join has moved its root, and added behind the rest. */
+SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both_originals *both)
+{
+    springls__surface *own = &ctx->original;
+    if (both->taken) springls__exchange_originals(ctx, both);
+    if (!both->joined) return;
+    own->nodes[0] = own->nodes[both->before.node_count];
+    own->count = both->before.count;
+    own->given = both->before.given;
+    own->node_count = both->before.node_count;
+    own->joins = both->before.joins;
+    own->magnitude = both->before.magnitude;
+    own->dipoles = both->before.dipoles;
+    own->source = both->before.source;
+    both->joined = false;
+}
+
+SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls__both_originals *both)
+{
+    springls__surface_free(ctx, &both->made);
+    springls__buffer_free(ctx, &both->items);
+    springls__buffer_free(ctx, &both->marks.memory);
+}
+
+#endif
