@@ -21,7 +21,6 @@ static const float noise_gradient_local = 0.1f; /* The same of REGISTER_LCC and 
 static const float local_sigma = 3.0f, local_floor = 0.05f;   /* for REGISTER_LCC: voxels; intensity, range 0..1 */
 static const double shading_shows = 0.12; /* share of what a line leaves unexplained that shading explains: a motion alone shows up
                                              to .07, a ramp of .7 to 1.3 shows .21 */
-static const float shading_share = 0.1f;  /* sigma of shading, share of the grid's side */
 static const double explains_something = 0.3; /* share of the variance that a line explains, for intensities to count as alike */
 static const double explains_much = 0.6;      /* and for them to do so before any deformation is known */
 static const double unrelated = 0.3; /* share of the variance that has to be explained, else REGISTER_MIND */
@@ -560,33 +559,21 @@ static void warp_known(struct demons *d)
     }
 }
 
-/* Gives the moving image the means and deviations that the fixed one has about each place, from the pairs that the present map brings
- * together: shading goes. */
-static bool match_shading(struct demons *d)
+/* Takes the shading from the moving image: a gain and an offset that change slowly across space, from the pairs that the present map
+ * brings together. Where these do not determine it, the line stands in. */
+static void match_shading(struct demons *d, const struct relation *line)
 {
-    enum { FIXED_MEAN, FIXED_DEVIATION, MEAN, DEVIATION, SCRATCH, PARTS };
-    const float sigma = shading_share * cbrtf((float)d->total);
-    float *room = malloc(PARTS * d->total * sizeof *room), *part[PARTS];
-    if (!room) {
-        return false;
-    }
-    for (int p = 0; p < PARTS; ++p) {
-        part[p] = room + (size_t)p * d->total;
+    double shading[RELATION_SHADING];
+    if (!relation_fit_shading(d->fixed, d->warped, d->dims, d->exp_v, line, shading)) {
+        relation_apply(line, d->moving, d->total);
+        return;
     }
     for (size_t n = 0; n < d->total; ++n) {
-        const bool both = isfinite(d->fixed[n]) && isfinite(d->warped[n]);
-        part[FIXED_MEAN][n] = both ? d->fixed[n] : NAN;
-        part[MEAN][n] = both ? d->warped[n] : NAN;
+        int place[3];
+        volume_place(d->dims, n, place);
+        d->moving[n] = relation_unshade((const double *)shading, d->dims, (const float[3]){(float)place[0], (float)place[1], (float)place[2]},
+                                        d->moving[n]);
     }
-    const bool good = local_moments(d->dims, part[FIXED_MEAN], sigma, part[FIXED_MEAN], part[FIXED_DEVIATION], part[SCRATCH])
-                      && local_moments(d->dims, part[MEAN], sigma, part[MEAN], part[DEVIATION], part[SCRATCH]);
-    for (size_t n = 0; good && n < d->total; ++n) {
-        if (isfinite(part[FIXED_MEAN][n]) && isfinite(part[MEAN][n])) {
-            d->moving[n] = (d->moving[n] - part[MEAN][n]) * part[FIXED_DEVIATION][n] / part[DEVIATION][n] + part[FIXED_MEAN][n];
-        }
-    }
-    free(room);
-    return good;
 }
 
 /* Turns the images of a level into its channels. */
@@ -629,9 +616,11 @@ static bool fill_level(struct pair *pair, const struct volume *grid, const struc
         }
     }
     if (reg->similarity == REGISTER_SSD && reg->shaded) {
-        if (!match_shading(d)) {
+        struct relation line;
+        if (!relation_fit(d->fixed, d->warped, d->total, RELATION_LINE, &line)) {
             return false;
         }
+        match_shading(d, &line);
     } else if (reg->similarity == REGISTER_SSD) {
         relation_apply(&reg->relation, relation_of_fixed(&reg->relation) ? d->fixed : d->moving, d->total);
     }

@@ -280,6 +280,96 @@ double relation_shading(const float *a, const float *b, const int dims[3])
     return line > 0.0 ? 1.0 - squares_left((const double(*)[SHADES + 1])sums, SHADES) / line : 0.0;
 }
 
+/* The functions of a shading: 1 and places up to the second order, alone and times the value. */
+static void shading_functions(double v, const double at[3], double f[RELATION_SHADING])
+{
+    enum { PLACES = RELATION_SHADING / 2 };
+    const double x = at[0], y = at[1], z = at[2], places[PLACES] = {1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x};
+    for (int p = 0; p < PLACES; ++p) {
+        f[p] = places[p];
+        f[PLACES + p] = v * places[p];
+    }
+}
+
+/* -1..1 along the axes of the grid. */
+static void place_in_box(const int dims[3], const float index[3], double at[3])
+{
+    for (int a = 0; a < 3; ++a) {
+        at[a] = 2.0 * (double)index[a] / (double)(dims[a] > 1 ? dims[a] - 1 : 1) - 1.0;
+    }
+}
+
+float relation_unshade(const double shading[RELATION_SHADING], const int dims[3], const float index[3], float value)
+{
+    double at[3], f[RELATION_SHADING], sum = 0.0;
+    place_in_box(dims, index, at);
+    shading_functions((double)value, at, f);
+    for (int i = 0; i < RELATION_SHADING; ++i) {
+        sum += shading[i] * f[i];
+    }
+    return (float)sum;
+}
+
+static void place_of_pair(const int dims[3], const float *u, size_t n, float index[3])
+{
+    index[0] = (float)(n % (size_t)dims[0]) + u[3 * n];
+    index[1] = (float)(n / (size_t)dims[0] % (size_t)dims[1]) + u[3 * n + 1];
+    index[2] = (float)(n / ((size_t)dims[0] * (size_t)dims[1])) + u[3 * n + 2];
+}
+
+/* Adds the weighted products of all pairs: of the functions with each other and with a. */
+static void add_shading(const float *a, const float *b, const int dims[3], const float *u, const double shading[RELATION_SHADING], double scale,
+                        double matrix[RELATION_SHADING * RELATION_SHADING], double right[RELATION_SHADING])
+{
+    enum { N = RELATION_SHADING };
+    const size_t count = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
+    memset(matrix, 0, N * N * sizeof *matrix);
+    memset(right, 0, N * sizeof *right);
+    for (size_t n = 0; n < count; ++n) {
+        double at[3], f[N];
+        float index[3];
+        if (!both_known(a[n], b[n])) {
+            continue;
+        }
+        place_of_pair(dims, u, n, index);
+        place_in_box(dims, index, at);
+        shading_functions((double)b[n], at, f);
+        double off = (double)a[n];
+        for (int i = 0; i < N; ++i) {
+            off -= shading[i] * f[i];
+        }
+        const double weight = 1.0 / (1.0 + off * off / (scale * scale));
+        for (int i = 0; i < N; ++i) {
+            for (int j = 0; j <= i; ++j) {
+                matrix[i * N + j] += weight * f[i] * f[j];
+            }
+            right[i] += weight * f[i] * (double)a[n];
+        }
+    }
+}
+
+bool relation_fit_shading(const float *a, const float *b, const int dims[3], const float *u, const struct relation *line,
+                          double shading[RELATION_SHADING])
+{
+    enum { N = RELATION_SHADING };
+    double matrix[N * N];
+    memset(shading, 0, N * sizeof *shading);
+    shading[0] = (double)line->offset;
+    shading[N / 2] = (double)line->gain;
+    for (int round = 0; round < LINE_ROUNDS; ++round) { /* first all pairs count, at last those near by */
+        double next[N];
+        add_shading(a, b, dims, u, shading, (double)near_line * pow(2.0, fmax(0.0, 2.0 - 0.5 * round)), matrix, next);
+        for (int i = 0; i < N; ++i) {
+            matrix[i * N + i] = matrix[i * N + i] * (1.0 + 1e-6) + 1e-9;
+        }
+        if (LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', N, 1, matrix, N, next, 1) != 0) {
+            return false;
+        }
+        memcpy(shading, next, sizeof next);
+    }
+    return true;
+}
+
 static void extremes(const float *values, const float *others, size_t count, float *low, float *high)
 {
     *low = INFINITY;
