@@ -87,6 +87,8 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             CGAL/alpha_wrap_3.h libcgal-dev" ;;
     elastix)   # registers beside register
         need_command elastix elastix ;;
+    plastimatch)   # another, which the table does without
+        need_command plastimatch plastimatch ;;
     judges)   # what tests compare with, and skip where it is missing
         need_command gltfpack gltfpack
         headers="$headers

@@ -133,7 +133,8 @@ segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_D
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
 
-registration: deps-elastix   ## register beside elastix, on a beating heart with exact landmarks, and eleven variations of it (ONLY=motion, variations)
+registration: deps-elastix   ## register beside elastix and plastimatch, on a beating heart with exact landmarks, and eleven variations of it (ONLY=motion, variations)
+	@test '$(ONLY)' = motion || $(DEPS) plastimatch || echo "Going on without: its columns are empty."
 	@$(MAKE) --no-print-directory build/register build/bench/registration build/bench/variations
 	@test '$(ONLY)' = variations || build/bench/registration
 	@test '$(ONLY)' = motion || build/bench/variations

@@ -1,6 +1,6 @@
 /* variations - one known motion of a beating heart, with the moving image on other scales, with padding, on other fields of view and in
- * other contrasts: the error at exact landmarks of build/register, and of elastix by mean squares and by mutual information.
- * elastix's fields are measured by build/register --field. Files are in build/variations/. */
+ * other contrasts: the error at exact landmarks of build/register, of elastix by mean squares and by mutual information, and of plastimatch
+ * by mutual information, where it is installed. Their fields are measured by build/register --field. Files are in build/variations/. */
 #include "runs.h"
 #include "table.h"
 
@@ -13,7 +13,7 @@
 #include <string.h>
 
 enum { THREADS = 2, METRICS = 2, REST = 0, BEAT = 5, MARGIN = 6, GRID_MM = 10 };
-enum { REGISTER, ELASTIX, FIELD = ELASTIX + METRICS, RUNS = FIELD + METRICS }; /* of one variation */
+enum { REGISTER, ELASTIX, FIELD = ELASTIX + METRICS, PLASTIMATCH = FIELD + METRICS, PLASTIMATCH_FIELD, RUNS }; /* of one variation */
 
 static const char folder[] = "build/variations";
 static const char *const metrics[METRICS] = {
@@ -209,8 +209,37 @@ static void plan_elastix(struct run *runs, int which, int metric)
     shell_command(&runs[FIELD + metric], text);
 }
 
+/* plastimatch's B-spline on three grids, the finest of 10 mm, as elastix's. */
+static bool plan_plastimatch(struct run *runs, int which)
+{
+    char text[RUN_COMMAND], path[256], options[256];
+    snprintf(path, sizeof path, "%s/plastimatch%d.txt", folder, which);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        return failed(path);
+    }
+    fprintf(file, "[GLOBAL]\nfixed=%s/fixed%d.nii\nmoving=%s/moving%d.nii\nvf_out=%s/plastimatch%d.nii.gz\n", folder, which, folder, which,
+            folder, which);
+    for (int scale = 4; scale > 0; scale /= 2) {
+        const int grid = scale == 4 ? 3 * GRID_MM : scale * GRID_MM;
+        fprintf(file, "[STAGE]\nxform=bspline\nmetric=mi\noptim=lbfgsb\nmax_its=50\ngrid_spac=%d %d %d\nres=%d %d %d\n", grid, grid, grid, scale,
+                scale, scale);
+    }
+    if (fclose(file) != 0) {
+        return failed(path);
+    }
+    run_name(&runs[PLASTIMATCH], "plastimatch_%d", which);
+    snprintf(text, sizeof text, "OMP_NUM_THREADS=%d plastimatch register %s > %s/plastimatch.txt 2>&1 && echo {}", THREADS, path, folder);
+    shell_command(&runs[PLASTIMATCH], text);
+    run_name(&runs[PLASTIMATCH_FIELD], "plastimatch_field_%d", which);
+    snprintf(options, sizeof options, "--field %s/plastimatch%d.nii.gz || true", folder, which);
+    register_command(text, which, options);
+    shell_command(&runs[PLASTIMATCH_FIELD], text);
+    return true;
+}
+
 /* Does the runs of one variation. */
-static int do_variation(struct run *runs, int which)
+static int do_variation(struct run *runs, int which, bool plastimatch)
 {
     struct run_options options = {.folder = folder, .label = variations[which].name, .at_once = 1};
     char command[RUN_COMMAND];
@@ -222,7 +251,12 @@ static int do_variation(struct run *runs, int which)
     }
     const int failures = runs_do(&runs[REGISTER], 1, &options);
     options.at_once = METRICS; /* seconds are of a processor */
-    return failures + runs_do(&runs[ELASTIX], METRICS, &options) + runs_do(&runs[FIELD], METRICS, &options);
+    const int others = runs_do(&runs[ELASTIX], METRICS, &options) + runs_do(&runs[FIELD], METRICS, &options);
+    if (!plastimatch) {
+        return failures + others;
+    }
+    return failures + others
+           + (plan_plastimatch(runs, which) ? runs_do(&runs[PLASTIMATCH], 1, &options) + runs_do(&runs[PLASTIMATCH_FIELD], 1, &options) : 1);
 }
 
 int main(void)
@@ -240,18 +274,27 @@ int main(void)
     if (!write_input(data)) {
         return 1;
     }
+    const bool plastimatch = system("plastimatch --version > /dev/null 2>&1") == 0;
+    if (!plastimatch) {
+        fprintf(stderr, "variations: plastimatch is not installed: its columns are empty\n");
+    }
     table_begin(&table);
-    table_row(&table, "Landmarks, mean (largest), mm|register|Folds|CPU seconds|elastix, mean squares|Folds|elastix, mutual information|Folds|CPU seconds");
+    table_row(&table, "Landmarks, mean (largest), mm|register|Folds|CPU seconds|elastix, mean squares|Folds|elastix, mutual information|Folds|"
+                      "CPU seconds|plastimatch, mutual information|Folds|CPU seconds");
     for (int v = 0; v < VARIATIONS; ++v) {
-        failures += do_variation(runs[v], v);
-        char cells[1 + METRICS][64];
-        const struct run *const measured[1 + METRICS] = {&runs[v][REGISTER], &runs[v][FIELD], &runs[v][FIELD + 1]};
-        for (int m = 0; m <= METRICS; ++m) {
+        failures += do_variation(runs[v], v, plastimatch);
+        char cells[2 + METRICS][64] = {{0}};
+        const struct run *const measured[2 + METRICS] = {&runs[v][REGISTER], &runs[v][FIELD], &runs[v][FIELD + 1], &runs[v][PLASTIMATCH_FIELD]};
+        for (int m = 0; m <= METRICS + plastimatch; ++m) {
             snprintf(cells[m], sizeof cells[m], "%.2f (%.1f)|%.0f", run_number(measured[m], "points_after_mm.mean"),
                      run_number(measured[m], "points_after_mm.max"), run_number(measured[m], "folded_voxels"));
         }
-        table_row(&table, "%s|%s|%.1f|%s|%s|%.1f", variations[v].name, cells[0], runs[v][REGISTER].cpu, cells[1], cells[2],
-                  runs[v][ELASTIX + 1].cpu);
+        char last[128] = "||";
+        if (plastimatch) {
+            snprintf(last, sizeof last, "%s|%.1f", cells[1 + METRICS], runs[v][PLASTIMATCH].cpu);
+        }
+        table_row(&table, "%s|%s|%.1f|%s|%s|%.1f|%s", variations[v].name, cells[0], runs[v][REGISTER].cpu, cells[1], cells[2],
+                  runs[v][ELASTIX + 1].cpu, last);
     }
     table_print(&table, stdout);
     runs_free(runs[0], VARIATIONS * RUNS);

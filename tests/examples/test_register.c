@@ -203,10 +203,10 @@ static void set_extremes(struct volume *volume)
     }
 }
 
-/* An inverted image, and one with a gamma: the similarity is chosen from the images. */
+/* An inverted image, one with a gamma, one with a ramp: the similarity is chosen from the images. */
 TEST other_contrasts_are_registered(void)
 {
-    for (int kind = 0; kind < 2; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         struct scene scene;
         struct registration reg;
         struct register_settings set = register_defaults();
@@ -217,15 +217,51 @@ TEST other_contrasts_are_registered(void)
         for (size_t n = 0; n < volume_voxels(&scene.moving); ++n) {
             float *value = &scene.moving.data[n];
             const float v = *value / 1000.0f;
-            *value = kind == 0 ? 5000.0f - 3.0f * *value : 50.0f * v * v * sqrtf(fabsf(v));
+            *value = kind == 0   ? 5000.0f - 3.0f * *value
+                     : kind == 1 ? 50.0f * v * v * sqrtf(fabsf(v))
+                                 : (*value + 1000.0f) * (0.5f + (float)(n % 36) / 36.0f);
         }
         set_extremes(&scene.moving);
         ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
         ASSERT(kind != 0 || (reg.relation.kind == RELATION_LINE && reg.relation.gain < 0.0f));
+        ASSERT_EQ(kind == 2, reg.shaded);
         ASSERT(difference(&scene.fixed, 13.0f, registration_map, &reg, beat_map, &scene.there) < 0.4 * 1.4);
         registration_free(&reg);
         free_scene(&scene);
     }
+    PASS();
+}
+
+/* Gain and offset that change across space are found beside a quarter of pairs that are not in their places, which a motion makes;
+ * constant images do not determine them, but no harm is done. */
+TEST shading_is_fitted(void)
+{
+    enum { N = 20 };
+    static float a[N * N * N], b[N * N * N], u[3 * N * N * N];
+    const int dims[3] = {N, N, N};
+    double shading[RELATION_SHADING];
+    struct relation line;
+    unsigned state = 1;
+    for (size_t n = 0; n < N * N * N; ++n) {
+        float x[3];
+        place_of(dims, n, x);
+        b[n] = (float)((state = state * 1664525u + 1013904223u) >> 8) / 16777216.0f;
+        u[3 * n] = 1.0f; /* b's values lie a voxel further along x */
+        a[n] = (0.7f + 0.03f * (x[0] + 1.0f)) * b[n] + 0.1f - 0.01f * x[1] + 0.0005f * x[2] * x[2];
+        a[n] = n % 4 == 0 ? (float)((state = state * 1664525u + 1013904223u) >> 8) / 16777216.0f : a[n];
+    }
+    a[5] = b[7] = NAN;
+    ASSERT(relation_fit(a, b, N * N * N, RELATION_LINE, &line));
+    ASSERT(relation_fit_shading(a, b, dims, u, &line, shading));
+    for (size_t n = 1; n < N * N * N; n += 4) {
+        float x[3];
+        place_of(dims, n, x);
+        x[0] += 1.0f;
+        ASSERT(isnan(b[n]) || isnan(a[n]) || fabsf(relation_unshade(shading, dims, x, b[n]) - a[n]) < 0.02f);
+    }
+    for (size_t n = 0; n < N * N * N; ++n) b[n] = 0.5f;
+    if (relation_fit_shading(a, b, dims, u, &line, shading))
+        ASSERT(isfinite(relation_unshade(shading, dims, (const float[3]){1.0f, 2.0f, 3.0f}, 0.5f)));
     PASS();
 }
 
@@ -852,6 +888,7 @@ int main(int argc, char **argv)
     RUN_TEST(demons_find_a_known_motion);
     RUN_TEST(scales_of_intensities_do_not_matter);
     RUN_TEST(other_contrasts_are_registered);
+    RUN_TEST(shading_is_fitted);
     RUN_TEST(another_scale_moves_nothing);
     RUN_TEST(gaps_take_no_part);
     RUN_TEST(wrong_units_are_named);

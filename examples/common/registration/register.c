@@ -515,6 +515,13 @@ static bool prepare_pair(struct pair *pair, float side)
            && prepare(pair->moving, pair->moving_window, side, pair->moving_values);
 }
 
+/* Returns true if shading explains more of what a line leaves than a motion could, and more than the relation found. */
+static bool is_shaded(const struct demons *d, double line_leaves, const struct relation *found)
+{
+    const double share = relation_shading(d->fixed, d->warped, d->dims);
+    return share > shading_shows && (found->kind == RELATION_LINE || (1.0 - share) * line_leaves < 1.0 - found->explained);
+}
+
 /* Chooses how the images are compared, from the pairs that the present map brings together: d->warped beside d->fixed. first: no
  * deformation is known yet. One looks like a curve of intensities (a ball that shrinks darkens its rim), so that a line that
  * explains something comes first. */
@@ -527,6 +534,7 @@ static bool choose(const struct demons *d, const struct register_settings *set, 
     if (!relation_fit(d->fixed, d->warped, d->total, RELATION_LINE, &found)) {
         return false;
     }
+    const double line_leaves = 1.0 - found.explained;
     if (!(first && found.explained > explains_much) && !relation_choose(d->fixed, d->warped, d->total, &found)) {
         return false;
     }
@@ -536,7 +544,7 @@ static bool choose(const struct demons *d, const struct register_settings *set, 
     if (set->similarity != REGISTER_AUTO || (first && reg->relation.kind == RELATION_SAME)) {
         return true;
     }
-    if (found.kind == RELATION_LINE && relation_shading(d->fixed, d->warped, d->dims) > shading_shows) {
+    if (is_shaded(d, line_leaves, &found)) {
         reg->shaded = true; /* and stays so: the images are closer after each level, so that it shows less */
     } else if (!first && found.explained < unrelated) {
         reg->similarity = REGISTER_MIND;
