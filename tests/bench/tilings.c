@@ -1,5 +1,5 @@
-/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that costs beside one model,
-   double bubbles, and a hundred balls that grow until they meet. Writes a page of Markdown. One thread; times are the processor's. */
+/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that and more bodies cost beside
+   one model, eight octants, wedges alone, sheets under pressure, double bubbles, and a hundred balls that grow until they meet. Writes a page of Markdown. One thread; times are the processor's. */
 #include "springls.h"
 
 #include "examples/common/springls/exact_flows.h"
@@ -294,6 +294,260 @@ static double half_balls(FILE *file, int grid, double period, int steps)
     return taken;
 }
 
+/* ---- eight octants, and a wedge alone ---- */
+
+/* An octant of the ball: bit k of `mask` is the side of the plane square to axis k of the ball (normal, across, up). */
+typedef struct octant { cut_ball ball; int mask; } octant;
+
+static const double *axis_of(const cut_ball *ball, int k) { return k == 0 ? ball->normal : k == 1 ? ball->across : ball->up; }
+
+static void octant_distance(void *user, const float *points, int count, float *out)
+{
+    const octant *o = (const octant *)user;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        double d[3], v;
+        for (k = 0; k < 3; k++) d[k] = (double)points[3 * i + k] - o->ball.center[k];
+        v = sqrt(dot(d, d)) - o->ball.radius;
+        for (k = 0; k < 3; k++) v = fmax(v, (o->mask >> k & 1 ? 1.0 : -1.0) * dot(d, axis_of(&o->ball, k)));
+        out[i] = (float)v;
+    }
+}
+
+/* Lists places on the wall between two octants that differ in their side of plane 0: in a quadrant of that plane. */
+static int places_between(const cut_ball *ball, int quadrant, double *out)
+{
+    int count = 0;
+    double a, b;
+    for (a = 0.15; a < ball->radius; a += 0.4)
+        for (b = 0.15; b < ball->radius; b += 0.4)
+            if (a * a + b * b < ball->radius * ball->radius)
+                place_on(ball, quadrant & 1 ? -a : a, quadrant & 2 ? -b : b, out + 3 * count++);
+    return count;
+}
+
+static void report_octants(FILE *file, int grid, double period, const char *when, springls_tiling *tiling, double *points, const int *count)
+{
+    springls_walls walls;
+    errors all = { 0.0, 0.0, 0.0, 0.0 }, e;
+    double found = 0.0, worst = 0.0;
+    int q, total = 0;
+    check(springls_tiling_extract(tiling, &walls), tiling);
+    for (q = 0; q < 4; q++) {
+        const int mask = (q & 1 ? 2 : 0) | (q & 2 ? 4 : 0);
+        e = errors_of(&walls, 0, mask + 1, mask + 2, points + 3 * total, count[q]);
+        found += (1.0 - 0.01 * e.missing) * (double)count[q];
+        all.mean += e.mean * (1.0 - 0.01 * e.missing) * (double)count[q];
+        worst = fmax(worst, e.missing);
+        total += count[q];
+    }
+    fprintf(file, "| %d | %.1f | %s | %.4f | %.2f | %.2f |\n", grid, period, when, all.mean / found, 100.0 * (1.0 - found / (double)total), worst);
+    springls_walls_free(tiling, &walls);
+}
+
+/* Eight octants of the ball in the flow: the walls on the first plane. */
+static void octants(FILE *file, int grid, double period, int steps)
+{
+    static double points[4 * 3 * MOST_POINTS];
+    struct exact_flow flow = EXACT_DEFORMATION((float)grid, (float)period);
+    springls_desc desc = springls_default_desc();
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling *tiling;
+    octant o;
+    int i, part, count[4], total = 0;
+    o.ball = cut_ball_of(grid);
+    for (i = 0; i < 3; i++) desc.grid.size[i] = grid;
+    check(springls_tiling_create(&desc, &tiling), NULL);
+    for (o.mask = 0; o.mask < 8; o.mask++) check(springls_tiling_add_implicit(tiling, o.mask + 1, octant_distance, &o), tiling);
+    for (i = 0; i < 4; i++) total += count[i] = places_between(&o.ball, i, points + 3 * total);
+    step.velocity = flow_of_all;
+    step.user = &flow;
+    step.dt = (float)(period / (double)steps);
+    for (part = 0; part < 2; part++) {
+        for (i = 0; i < steps / 2; i++) check(springls_tiling_step(tiling, &step, NULL), tiling);
+        carry(points, total, period / 2.0 * part, period / 2.0 * (part + 1), (double)grid, period);
+        report_octants(file, grid, period, part ? "end" : "half time", tiling, points, count);
+    }
+    springls_tiling_destroy(tiling);
+}
+
+/* A half-ball alone in the flow, without a tiling. */
+static void wedge(FILE *file, int grid, int steps, int side, int keep_edges)
+{
+    struct exact_flow flow = EXACT_DEFORMATION((float)grid, 2.5f);
+    cut_ball ball = cut_ball_of(grid);
+    springls_desc desc = springls_default_desc();
+    springls_params params = springls_default_params();
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    springls_measures before, after;
+    springls_view places, origins;
+    springls_context *ctx;
+    int i, k, beyond = 0;
+    for (i = 0; i < 3; i++) desc.grid.size[i] = grid;
+    params.keep_edges = keep_edges;
+    desc.params = &params;
+    ball.side = side;
+    check(springls_create(&desc, &ctx), NULL);
+    check(springls_set_implicit(ctx, cut_ball_distance, &ball), NULL);
+    check(springls_measure(ctx, &before), NULL);
+    forces.velocity = exact_flow_velocity;
+    forces.user = &flow;
+    step.forces = &forces;
+    step.dt = (float)(2.5 / (double)steps);
+    check(springls_run(ctx, &step, steps), NULL);
+    check(springls_measure(ctx, &after), NULL);
+    places = springls_view_particles(ctx);
+    origins = springls_view_correspondences(ctx);
+    for (i = 0; i < springls_count(ctx); i++) {
+        double p[3], a[3], d[3];
+        for (k = 0; k < 3; k++) {
+            p[k] = (double)((const float *)(const void *)((const char *)places.data + (size_t)i * places.stride))[k];
+            a[k] = (double)((const float *)(const void *)((const char *)origins.data + (size_t)i * origins.stride))[k];
+        }
+        difference(p, a, d);
+        beyond += dot(d, d) > 1.0;
+    }
+    fprintf(file, "| %d | %s | %s | %+.3f | %.2f |\n", grid, side > 0 ? "first" : "second", keep_edges ? "kept" : "not kept",
+            100.0 * (after.volume / before.volume - 1.0), 100.0 * (double)beyond / (double)springls_count(ctx));
+    springls_destroy(ctx);
+}
+
+/* ---- sheets that are pushed to and fro ---- */
+
+static void to_and_fro(void *user, const springls_tiling_batch *batch, float *out)
+{
+    int i;
+    (void)user;
+    for (i = 0; i < batch->batch.count; i++) {
+        const float speed = fmodf(batch->batch.time, 8.0f) < 4.0f ? 0.4f : -0.4f;
+        out[i] = batch->label == 1 && batch->facing[i] == 2 ? speed : batch->label == 2 && batch->facing[i] == 1 ? -speed : 0.0f;
+    }
+}
+
+/* A thousand steps of pressure across the wall between two half-balls. */
+static void pressed(FILE *file)
+{
+    enum { GRID = 40 };
+    cut_ball part = cut_ball_of(GRID);
+    springls_desc desc = springls_default_desc();
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report now;
+    springls_tiling *tiling;
+    int i;
+    part.radius = 10.0;
+    for (i = 0; i < 3; i++) {
+        desc.grid.size[i] = GRID;
+        part.center[i] = 0.5 * (double)GRID + 0.1 * (double)i;
+    }
+    check(springls_tiling_create(&desc, &tiling), NULL);
+    for (part.side = 1; part.side >= -1; part.side -= 2)
+        check(springls_tiling_add_implicit(tiling, part.side > 0 ? 1 : 2, cut_ball_distance, &part), tiling);
+    step.pressure = to_and_fro;
+    step.dt = 0.25f;
+    for (i = 1; i <= 1000; i++) {
+        check(springls_tiling_step(tiling, &step, &now), tiling);
+        if (i == 10 || i == 100 || i == 1000)
+            fprintf(file, "| %d | %.3f | %.3f | %.2f |\n", i, (double)now.mean_gap, (double)now.rms_gap, (double)now.largest_gap);
+    }
+    springls_tiling_destroy(tiling);
+}
+
+/* ---- many bodies at equal wall area ---- */
+
+/* A ball in cells: the places nearest to its seeds; one seed: whole. */
+static void cell_labels(int32_t *labels, int grid, double radius, int cells)
+{
+    double seed[64][3];
+    uint32_t state = 5u;
+    int i, k, v;
+    for (i = 0; i < cells; i++)
+        for (k = 0; k < 3; k++) {
+            state = state * 1664525u + 1013904223u;
+            seed[i][k] = 0.35 * (double)grid + radius * (1.4 * (double)(state >> 8) / 16777216.0 - 0.7);
+        }
+    for (v = 0; v < grid * grid * grid; v++) {
+        const double x[3] = { v % grid, v / grid % grid, v / (grid * grid) };
+        double d[3], least = HUGE_VAL, from_middle = 0.0;
+        labels[v] = 0;
+        for (k = 0; k < 3; k++) from_middle += (x[k] - 0.35 * (double)grid) * (x[k] - 0.35 * (double)grid);
+        for (i = 0; i < cells && from_middle < radius * radius; i++) {
+            difference(x, seed[i], d);
+            if (dot(d, d) >= least) continue;
+            least = dot(d, d);
+            labels[v] = i + 1;
+        }
+    }
+}
+
+static double area_of_walls(springls_tiling *tiling)
+{
+    springls_walls walls;
+    double area = 0.0, q[3][3], u[3], v[3];
+    int t, k;
+    check(springls_tiling_extract(tiling, &walls), tiling);
+    for (t = 0; t < walls.triangle_count; t++) {
+        for (k = 0; k < 3; k++) corner_of(&walls, walls.triangles[3 * t + k], q[k]);
+        difference(q[1], q[0], u);
+        difference(q[2], q[0], v);
+        area += 0.5 * sqrt(fmax(dot(u, u) * dot(v, v) - dot(u, v) * dot(u, v), 0.0));
+    }
+    springls_walls_free(tiling, &walls);
+    return area;
+}
+
+/* Seconds for each step and thousand voxel^2 of wall; 0 cells: one model of the ball. */
+static void equal_area(FILE *file, int cells, double *one, size_t *memory)
+{
+    enum { GRID = 96, STEPS = 24 };
+    static int32_t labels[GRID * GRID * GRID];
+    struct exact_flow flow = EXACT_DEFORMATION((float)GRID, 2.5f);
+    const double radius = 0.2 * (double)GRID;
+    springls_desc desc = springls_default_desc();
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling *tiling;
+    double begin, each, area = 0.0;
+    int i;
+    if (cells == 0) {
+        springls_forces forces = springls_default_forces();
+        springls_step_desc plain = springls_default_step_desc();
+        springls_measures measures;
+        springls_sphere ball;
+        springls_context *ctx;
+        for (i = 0; i < 3; i++) ball.center[i] = 0.35f * (float)GRID;
+        ball.radius = (float)radius;
+        for (i = 0; i < 3; i++) desc.grid.size[i] = GRID;
+        check(springls_create(&desc, &ctx), NULL);
+        check(springls_set_implicit(ctx, springls_implicit_sphere, &ball), NULL);
+        forces.velocity = exact_flow_velocity;
+        forces.user = &flow;
+        plain.forces = &forces;
+        plain.dt = 2.5f / 240.0f;
+        begin = seconds();
+        check(springls_run(ctx, &plain, STEPS), NULL);
+        each = (seconds() - begin) / (double)STEPS;
+        check(springls_measure(ctx, &measures), NULL);
+        *one = each / measures.area;
+        springls_destroy(ctx);
+        return;
+    }
+    for (i = 0; i < 3; i++) desc.grid.size[i] = GRID;
+    cell_labels(labels, GRID, radius, cells);
+    check(springls_tiling_create(&desc, &tiling), NULL);
+    check(springls_tiling_set_labels(tiling, labels, 2), tiling);
+    step.velocity = flow_of_all;
+    step.user = &flow;
+    step.dt = 2.5f / 240.0f;
+    begin = seconds();
+    for (i = 0; i < STEPS; i++) check(springls_tiling_step(tiling, &step, NULL), tiling);
+    each = (seconds() - begin) / (double)STEPS;
+    area = area_of_walls(tiling);
+    if (*memory == 0) *memory = springls_tiling_memory_used(tiling);
+    fprintf(file, "| %d | %.0f | %.1f | %.2f | %.0f | %.2f |\n", cells, area, 1e3 * each, each / area / *one,
+            (double)springls_tiling_memory_used(tiling) / 1048576.0, (double)springls_tiling_memory_used(tiling) / (double)*memory);
+    springls_tiling_destroy(tiling);
+}
+
 /* ---- double bubbles ---- */
 
 /* Fits a sphere to points in least squares; returns its radius. */
@@ -506,6 +760,7 @@ int main(int argc, char **argv)
 {
     FILE *file = argc > 1 ? fopen(argv[1], "w") : stdout;
     double two[2], one[2];
+    size_t memory = 0;
     int i;
     if (!file) {
         fprintf(stderr, "tilings: cannot write %s\n", argv[1]);
@@ -527,6 +782,22 @@ int main(int argc, char **argv)
     fprintf(file, "\n## What it costs\n\nSeconds of one processor for the same flow: the tiling of two bodies, and one model of the whole ball.\n"
             "\n| Grid | Two bodies | One model | Ratio |\n|---|---|---|---|\n");
     for (i = 0; i < 2; i++) fprintf(file, "| %d | %.2f | %.2f | %.1f |\n", i ? 96 : 64, two[i], one[i], two[i] / one[i]);
+    fprintf(file, "\nA flow step of a ball in cells, on a grid of 96^3, beside one model of the whole ball: seconds for the same area of walls, and memory beside "
+            "that of two bodies.\n\n| Bodies | Area | Step, ms | Times one model | MiB | Times two bodies |\n|---|---|---|---|---|---|\n");
+    equal_area(file, 0, one, &memory);
+    equal_area(file, 2, one, &memory);
+    equal_area(file, 8, one, &memory);
+    equal_area(file, 61, one, &memory);
+    fprintf(file, "\n## Eight octants\n\nThe ball in eight, by three planes, in the flow: the four walls on one plane. Missing: places of all four, and of the "
+            "worst, without their wall within 4 voxels.\n\n| Grid | T | When | Wall: mean | Missing, %% | Of the worst, %% |\n|---|---|---|---|---|---|\n");
+    octants(file, 64, 1.5, 96);
+    octants(file, 96, 2.5, 240);
+    fprintf(file, "\n## A wedge alone\n\nEach half of the ball as a model of its own in the flow with T = 2.5, with and without `keep_edges`. Beyond: springls more "
+            "than a voxel off their own correspondence in the end.\n\n| Grid | Half | Edges | Volume, %% | Beyond, %% |\n|---|---|---|---|---|\n");
+    for (i = 0; i < 4; i++) wedge(file, 96, 240, i & 1 ? -1 : 1, i < 2);
+    fprintf(file, "\n## Sheets under pressure\n\nThe wall between two halves of a ball is pushed to and fro by a tenth of a voxel a step, 16 steps each way. "
+            "Gaps between its two sheets, voxels.\n\n| Steps | Mean | rms | Largest |\n|---|---|---|---|\n");
+    pressed(file);
     fprintf(file, "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
             "with both volumes held; means over the last 100. The angle where\nthe walls meet is that between spheres that fit the two outer walls; the third wall's "
             "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
