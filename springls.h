@@ -6339,11 +6339,15 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
+#define SPRINGLS__SURFACE_OF_ALL 0
+
 /* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
     SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_REGION,
+    SPRINGLS__SURFACE_SPRINGLS,
     SPRINGLS__SURFACE_SURFEL,
     SPRINGLS__SURFACE_FIRST_FOUND,
     SPRINGLS__SURFACE_FOUND,
@@ -6551,6 +6555,7 @@ struct springls_context {
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
     int surface_vertices, surface_triangles, surface_bricks;
+    int surface_region;     /* bricks in SURFACE_REGION whose triangles the table has; SPRINGLS__SURFACE_OF_ALL: of all bricks */
     uint64_t parts_version; /* the surface_version that its parts are of (surface_parts.h); 0: there are none        */
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
@@ -17667,6 +17672,7 @@ typedef struct springls__surface_brick {
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    int margin;                         /* 1 beside a region: no cells, and those faces only that cells of the region have */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
@@ -19178,6 +19184,20 @@ SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour,
     return false;
 }
 
+/* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */
+SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)
+{
+    int axis, k, at[3];
+    for (axis = 0; axis < 3; axis++) {
+        const int before = springls__brick_beside(brick, axis, -1);
+        const bool shared = before >= 0 && !contour->brick[before].margin;
+        for (k = 0; k < 512; k++) {
+            springls__node_of_brick(k, at);
+            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
+        }
+    }
+}
+
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
@@ -19203,6 +19223,7 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                 }
             }
     for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
+    if (brick->margin) springls__keep_shared_faces(contour, brick);
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
@@ -19815,7 +19836,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, axis, sum = 0, at[3];
-    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
+    if (brick->margin || !springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
     for (k = 0; k < 512; k++) work->sides[k] = 0;
     for (axis = 0; axis < 3; axis++) {
         const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];
@@ -19867,7 +19888,10 @@ SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, in
 /* ======== >>surface_table  (src/stages/surface_table.h) ======================================================== */
 /* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
    faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
-   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
+   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells.
+
+   The table is of all bricks, or of a region: those whose triangles are wanted, and a margin of the bricks around them, which have no
+   triangles, but hits and all that the cells of the region share with theirs. */
 
 typedef enum springls__surface_kernel {
     SPRINGLS__SURFACE_SORT_HITS,
@@ -19886,10 +19910,11 @@ typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
     springls__surfel *surfel;
-    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
-    int *first_found;
+    int *springl;              /* [springls] those whose hits may lie in the table; those that are known beside them */
+    springls__row_hit *found;  /* hits by springl: those of the i-th of them from first_found[i] on */
+    int *first_found, springls;
     springls__surface_kernel kernel;
-    int bricks;
+    int bricks, places;        /* places: those of bricks, and of the bricks around a region's whose springls are known */
     size_t table_size;
 } springls__surface_job;
 
@@ -19952,16 +19977,25 @@ SPRINGLS__FN springls_status springls__surface_run(springls_context *ctx, spring
     return springls__surface_loop(ctx, job->bricks, 1, springls__surface_brick_task);
 }
 
-/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
+/* Returns the slot of the grid's brick that begins at a voxel, which may lie beyond the domain: SPRINGLS__OUTSIDE then. */
+SPRINGLS__FN int springls__slot_of_origin(const springls__grid *g, const int origin[3])
+{
+    return springls__grid_contains(g, origin[0], origin[1], origin[2]) ? springls__slot_of_voxel(g, origin[0], origin[1], origin[2])
+                                                                        : SPRINGLS__OUTSIDE;
+}
+
+/* Finds which springls of the table's bricks are creased; behind those, which springls in no cell are. */
 SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
     (void)memory;
-    for (; begin < end && begin < model->grid.active_count; begin++)
-        springls__find_creased(model, job->surfel, model->grid.active[begin]);
+    for (; begin < end && begin < job->bricks; begin++) {
+        const int slot = springls__slot_of_origin(&model->grid, job->contour.brick[begin].origin);
+        if (slot >= SPRINGLS__FIRST_SLOT) springls__find_creased(model, job->surfel, slot);
+    }
     for (; begin < end; begin++) {
-        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
+        const int i = (int)model->cells.unbinned[begin - job->bricks];
         job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
     }
 }
@@ -19989,13 +20023,79 @@ SPRINGLS__FN void springls__place_around(const int center[3], int d, int place[3
     place[2] = center[2] + d / 9 - 1;
 }
 
+/* Returns the slot of the grid's brick at a place. */
+SPRINGLS__FN int springls__slot_of_brick_place(const springls__grid *g, const int place[3])
+{
+    const int origin[3] = { SPRINGLS__BRICK * place[0], SPRINGLS__BRICK * place[1], SPRINGLS__BRICK * place[2] };
+    return springls__slot_of_origin(g, origin);
+}
+
+/* Returns whether the table of all bricks has the one at a place: it or one around it is active. */
+SPRINGLS__FN bool springls__surface_reaches(const springls__grid *g, const int place[3])
+{
+    int d, at[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(place, d, at);
+        if (springls__slot_of_brick_place(g, at) >= SPRINGLS__FIRST_SLOT) return true;
+    }
+    return false;
+}
+
+/* Adds the brick at a place to the table, if it is new there. */
+SPRINGLS__FN void springls__add_surface_brick(springls__surface_job *job, const int place[3])
+{
+    int *at = springls__surface_slot(job, place);
+    if (*at >= 0) return;
+    *at = job->places;
+    memcpy((int *)job->ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)job->places++, place, 3 * sizeof *place);
+}
+
+/* Adds the bricks around a place that the table of all bricks has. */
+SPRINGLS__FN void springls__add_surface_bricks_around(springls__surface_job *job, const int center[3])
+{
+    int d, place[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(center, d, place);
+        if (springls__surface_reaches(&job->ctx->model.grid, place)) springls__add_surface_brick(job, place);
+    }
+}
+
+/* Lists the places of the table's bricks: those that are active and all around them. */
+SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
+{
+    const springls__grid *g = &job->ctx->model.grid;
+    int i, d, place[3], center[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__brick_place(g, g->slot_brick[g->active[i]], center);
+        for (d = 0; d < 27; d++) {
+            springls__place_around(center, d, place);
+            springls__add_surface_brick(job, place);
+        }
+    }
+    job->bricks = job->places;
+}
+
+/* Lists the places of a region's bricks, those of its margin, and those around the margin. */
+SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
+{
+    const springls_context *ctx = job->ctx;
+    const int *region = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
+    const int *places = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    int i;
+    for (i = 0; i < ctx->surface_region; i++) springls__add_surface_brick(job, region + 3 * (size_t)i);
+    for (i = 0; i < ctx->surface_region; i++) springls__add_surface_bricks_around(job, region + 3 * (size_t)i);
+    job->bricks = job->places;
+    for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
+}
+
 /* Makes the bricks of the table, without contents. */
 SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     const springls__grid *g = &ctx->model.grid;
-    const size_t most = 27 * (size_t)g->active_count, size = springls__table_size(most);
-    int i, d, k, place[3], center[3], *places, *table;
+    const bool all = ctx->surface_region == SPRINGLS__SURFACE_OF_ALL;
+    const size_t most = all ? 27 * (size_t)g->active_count : 125 * (size_t)ctx->surface_region, size = springls__table_size(most);
+    int i, d, k, place[3], *places, *table;
     size_t slot;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
@@ -20003,17 +20103,8 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
     job->table_size = size;
     for (slot = 0; slot < size; slot++) table[slot] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__brick_place(g, g->slot_brick[g->active[i]], center);
-        for (d = 0; d < 27; d++) {
-            int *at;
-            springls__place_around(center, d, place);
-            at = springls__surface_slot(job, place);
-            if (*at >= 0) continue;
-            *at = job->bricks;
-            memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
-        }
-    }
+    if (all) springls__list_all_bricks(job);
+    else springls__list_region_bricks(job);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
     for (i = 0; i < job->bricks; i++)
@@ -20032,6 +20123,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
+        brick->margin = !all && i >= ctx->surface_region;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -20040,10 +20132,39 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
             int other;
             springls__place_around(places + 3 * (size_t)i, d, place);
             other = *springls__surface_slot(job, place);
-            brick->around[d] = other;
+            brick->around[d] = other = other < job->bricks ? other : -1;
             if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
+    return SPRINGLS_OK;
+}
+
+/* ---- the springls of the table ---- */
+
+/* Lists the springls in the brick at a place. */
+SPRINGLS__FN void springls__list_springls_of(springls__surface_job *job, const int place[3])
+{
+    const springls__model *model = &job->ctx->model;
+    const int slot = springls__slot_of_brick_place(&model->grid, place);
+    const uint32_t *cell;
+    uint32_t at;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    cell = springls__cells_of(&model->grid, slot);
+    for (at = cell[0]; at < cell[SPRINGLS__CELLS - 1]; at++) job->springl[job->springls++] = (int)model->cells.ids[at];
+}
+
+/* Lists the springls that the table is made from: all, or those in its bricks and in the bricks around, which may crease them. */
+SPRINGLS__FN springls_status springls__list_surface_springls(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const int count = ctx->model.set.count, *places = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    int i;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SPRINGLS, (size_t)count, sizeof(int)));
+    job->springl = (int *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGLS].data;
+    if (ctx->surface_region != SPRINGLS__SURFACE_OF_ALL)
+        for (i = 0; i < job->places; i++) springls__list_springls_of(job, places + 3 * (size_t)i);
+    else
+        for (i = 0; i < count; i++) job->springl[job->springls++] = i;
     return SPRINGLS_OK;
 }
 
@@ -20057,12 +20178,15 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
     int place[3], k;
     (void)memory;
     for (; begin < end; begin++) {
-        springls__surfel *surfel = job->surfel + begin;
-        surfel->p = model->set.s[begin].p;
-        surfel->n = springls__springl_normal(model->set.s[begin]);
+        const springls__springl s = model->set.s[job->springl[begin]];
+        springls__surfel *surfel = job->surfel + job->springl[begin];
+        surfel->p = s.p;
+        surfel->n = springls__springl_normal(s);
         springls__voxel_of_place(&model->grid, surfel->p, place);
         for (k = 0; k < 3; k++) place[k] >>= 3;
         surfel->home = *springls__surface_slot(job, place);
+        if (surfel->home >= job->bricks) surfel->home = -1;
+        surfel->creased = 0;
     }
 }
 
@@ -20072,7 +20196,7 @@ SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float
     springls__trims trims;
     (void)memory;
     for (; begin < end; begin++)
-        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
+        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &trims, NULL);
 }
 
 /* Finds the hits of springls, and where those of the next one begin at most. */
@@ -20082,7 +20206,7 @@ SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float 
     springls__surface_work *work = (springls__surface_work *)(void *)memory;
     for (; begin < end; begin++) {
         springls__row_hit *found = job->found + job->first_found[begin];
-        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
+        const int count = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &work->trims, found);
         if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
     }
 }
@@ -20124,7 +20248,7 @@ SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, in
 SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    const int count = ctx->model.set.count;
+    const int count = job->springls;
     int64_t sum = 0;
     int i;
     for (i = 0; i < count; i++) {
@@ -20139,7 +20263,7 @@ SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
     return SPRINGLS_OK;
 }
 
-/* Returns the k-th hit that a springl has found, NULL at the end. */
+/* Returns the k-th hit that the i-th springl has found, NULL at the end. */
 SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
 {
     const springls__row_hit *hit = job->found + job->first_found[i] + k;
@@ -20167,7 +20291,7 @@ SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
     springls__surface_job *job = springls__surface_job_of(ctx);
     const springls__row_hit *hit;
     int i, b, k, hits;
-    for (i = 0; i < ctx->model.set.count; i++)
+    for (i = 0; i < job->springls; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
             job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
@@ -20177,7 +20301,7 @@ SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
         int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
         memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
     }
-    for (i = 0; i < ctx->model.set.count; i++)
+    for (i = 0; i < job->springls; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
     return SPRINGLS_OK;
 }
@@ -20389,7 +20513,6 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
 /* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
     springls__surface_job *job;
     ctx->surface_version = 0;
     ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
@@ -20398,11 +20521,12 @@ SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
     memset(job, 0, sizeof *job);
     job->ctx = ctx;
     SPRINGLS__TRY(springls__surface_bricks(job));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
+    SPRINGLS__TRY(springls__list_surface_springls(job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)ctx->model.set.count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)job->springls + 1, sizeof(int)));
     job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
     job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
-    springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, job);
+    springls__loop_over(ctx, job->springls, 1024, 0, springls__surfel_work, job);
     return SPRINGLS_OK;
 }
 
@@ -20417,7 +20541,13 @@ SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
     ctx->surface_triangles = mesh.triangle_count;
-    ctx->surface_version = ctx->model_version;
+    if (ctx->surface_region == SPRINGLS__SURFACE_OF_ALL) ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__surface_of_all(springls_context *ctx)
+{
+    ctx->surface_region = SPRINGLS__SURFACE_OF_ALL;
     return SPRINGLS_OK;
 }
 
@@ -20427,21 +20557,23 @@ SPRINGLS__FN bool springls__surface_is_stale(const springls_context *ctx) { retu
 
 SPRINGLS__FN springls_status springls__find_creases(springls_context *ctx)
 {
-    const int blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
-    springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, springls__surface_job_of(ctx));
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    springls__loop_over(ctx, job->bricks + ctx->model.cells.unbinned_count, 8, 0, springls__crease_work, job);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__count_hits(springls_context *ctx)
 {
-    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__count_hits_work, springls__surface_job_of(ctx));
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    springls__loop_over(ctx, job->springls, 256, 0, springls__count_hits_work, job);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__find_hits(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__begin_hits(springls__surface_job_of(ctx)));
-    return springls__surface_loop(ctx, ctx->model.set.count, 64, springls__find_hits_work);
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    SPRINGLS__TRY(springls__begin_hits(job));
+    return springls__surface_loop(ctx, job->springls, 64, springls__find_hits_work);
 }
 
 SPRINGLS__FN springls_status springls__sort_all_hits(springls_context *ctx)
@@ -20490,7 +20622,7 @@ SPRINGLS__FN springls_status springls__find_all_patches(springls_context *ctx)
 }
 
 /* Arcs, links and patches are made from what was found before them, until no triangles of a cell cross. */
-static const springls__entry springls__surface_table[] = {
+static const springls__entry springls__surface_kernels[] = {
     SPRINGLS__DO(springls__surface_begin)
     SPRINGLS__IF(springls__surface_has_bricks)
         SPRINGLS__DO(springls__find_creases)
@@ -20518,6 +20650,11 @@ static const springls__entry springls__surface_table[] = {
         SPRINGLS__END
     SPRINGLS__END
     SPRINGLS__DO(springls__surface_end)
+SPRINGLS__END };
+
+static const springls__entry springls__surface_table[] = {
+    SPRINGLS__DO(springls__surface_of_all)
+    SPRINGLS__CALL(springls__surface_kernels)
 SPRINGLS__END };
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
@@ -38122,7 +38259,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6883 \"springls.h\"\n",
+    "#line 6888 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -38522,7 +38659,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7284 \"springls.h\"\n",
+    "#line 7289 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -38548,7 +38685,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7311 \"springls.h\"\n",
+    "#line 7316 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -38636,7 +38773,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7400 \"springls.h\"\n",
+    "#line 7405 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -38776,7 +38913,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7541 \"springls.h\"\n",
+    "#line 7546 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -38881,7 +39018,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7647 \"springls.h\"\n",
+    "#line 7652 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -39113,7 +39250,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7880 \"springls.h\"\n",
+    "#line 7885 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -39143,7 +39280,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7910 \"springls.h\"\n",
+    "#line 7915 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39158,7 +39295,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7926 \"springls.h\"\n",
+    "#line 7931 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39327,7 +39464,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8095 \"springls.h\"\n",
+    "#line 8100 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39342,7 +39479,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8110 \"springls.h\"\n",
+    "#line 8115 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39511,7 +39648,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8279 \"springls.h\"\n",
+    "#line 8284 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -39565,7 +39702,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8334 \"springls.h\"\n",
+    "#line 8339 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -39591,7 +39728,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8360 \"springls.h\"\n",
+    "#line 8365 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39606,7 +39743,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8376 \"springls.h\"\n",
+    "#line 8381 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39689,7 +39826,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8459 \"springls.h\"\n",
+    "#line 8464 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39704,7 +39841,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8474 \"springls.h\"\n",
+    "#line 8479 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39787,7 +39924,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8557 \"springls.h\"\n",
+    "#line 8562 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -39861,7 +39998,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8632 \"springls.h\"\n",
+    "#line 8637 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -40414,7 +40551,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9186 \"springls.h\"\n",
+    "#line 9191 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -40510,7 +40647,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9283 \"springls.h\"\n",
+    "#line 9288 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -40631,7 +40768,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9405 \"springls.h\"\n",
+    "#line 9410 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -40912,7 +41049,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9687 \"springls.h\"\n",
+    "#line 9692 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -40998,7 +41135,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9774 \"springls.h\"\n",
+    "#line 9779 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -41141,7 +41278,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9918 \"springls.h\"\n",
+    "#line 9923 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -41330,7 +41467,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10108 \"springls.h\"\n",
+    "#line 10113 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -41455,7 +41592,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10234 \"springls.h\"\n",
+    "#line 10239 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -41489,7 +41626,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10269 \"springls.h\"\n",
+    "#line 10274 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -42027,7 +42164,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10808 \"springls.h\"\n",
+    "#line 10813 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -42177,7 +42314,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10959 \"springls.h\"\n",
+    "#line 10964 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -42255,7 +42392,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11038 \"springls.h\"\n",
+    "#line 11043 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -42504,7 +42641,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11288 \"springls.h\"\n",
+    "#line 11293 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -42729,7 +42866,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11514 \"springls.h\"\n",
+    "#line 11519 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -42833,7 +42970,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11619 \"springls.h\"\n",
+    "#line 11624 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -42930,7 +43067,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11717 \"springls.h\"\n",
+    "#line 11722 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -43468,7 +43605,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12256 \"springls.h\"\n",
+    "#line 12261 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -43501,7 +43638,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12290 \"springls.h\"\n",
+    "#line 12295 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -43526,14 +43663,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12316 \"springls.h\"\n",
+    "#line 12321 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12323 \"springls.h\"\n",
+    "#line 12328 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43548,7 +43685,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12339 \"springls.h\"\n",
+    "#line 12344 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43674,7 +43811,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12465 \"springls.h\"\n",
+    "#line 12470 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43689,7 +43826,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12480 \"springls.h\"\n",
+    "#line 12485 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43815,7 +43952,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12607 \"springls.h\"\n",
+    "#line 12612 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -44107,7 +44244,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12900 \"springls.h\"\n",
+    "#line 12905 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -44242,7 +44379,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17608 \"springls.h\"\n",
+    "#line 17613 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44305,6 +44442,7 @@ static const char *const springls__kernel_lines[] = {
     "    int first_triangle, first_inner;    /* in the arrays of the contour */\n",
     "    int triangles, inner, links;\n",
     "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */\n",
+    "    int margin;                         /* 1 beside a region: no cells, and those faces only that cells of the region have */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
     "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
     "    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */\n",
@@ -45305,7 +45443,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18672 \"springls.h\"\n",
+    "#line 18678 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -45815,6 +45953,20 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */\n",
+    "SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)\n",
+    "{\n",
+    "    int axis, k, at[3];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        const int before = springls__brick_beside(brick, axis, -1);\n",
+    "        const bool shared = before >= 0 && !contour->brick[before].margin;\n",
+    "        for (k = 0; k < 512; k++) {\n",
+    "            springls__node_of_brick(k, at);\n",
+    "            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Counts the arcs of the faces of brick b. Each joins two crossings. */\n",
     "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
@@ -45840,6 +45992,7 @@ static const char *const springls__kernel_lines[] = {
     "                }\n",
     "            }\n",
     "    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;\n",
+    "    if (brick->margin) springls__keep_shared_faces(contour, brick);\n",
     "}\n",
     "\n",
     "/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */\n",
@@ -45902,7 +46055,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19270 \"springls.h\"\n",
+    "#line 19291 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -46451,7 +46604,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
     "    int k, axis, sum = 0, at[3];\n",
-    "    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;\n",
+    "    if (brick->margin || !springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;\n",
     "    for (k = 0; k < 512; k++) work->sides[k] = 0;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];\n",
@@ -46499,7 +46652,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 46503 \"springls.h\"\n",
+    "#line 46656 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -66,6 +66,7 @@ typedef struct springls__surface_brick {
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    int margin;                         /* 1 beside a region: no cells, and those faces only that cells of the region have */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */

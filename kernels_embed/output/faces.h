@@ -511,6 +511,20 @@ SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour,
     return false;
 }
 
+/* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */
+SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)
+{
+    int axis, k, at[3];
+    for (axis = 0; axis < 3; axis++) {
+        const int before = springls__brick_beside(brick, axis, -1);
+        const bool shared = before >= 0 && !contour->brick[before].margin;
+        for (k = 0; k < 512; k++) {
+            springls__node_of_brick(k, at);
+            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
+        }
+    }
+}
+
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
@@ -536,6 +550,7 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                 }
             }
     for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
+    if (brick->margin) springls__keep_shared_faces(contour, brick);
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */

@@ -550,7 +550,7 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, axis, sum = 0, at[3];
-    if (!springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
+    if (brick->margin || !springls__has_some_beside(contour, brick, SPRINGLS__OF_ARCS)) return 0;
     for (k = 0; k < 512; k++) work->sides[k] = 0;
     for (axis = 0; axis < 3; axis++) {
         const int next = brick->around[axis == 0 ? 14 : axis == 1 ? 16 : 22];

@@ -68,11 +68,15 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
+#define SPRINGLS__SURFACE_OF_ALL 0
+
 /* Arrays of springl contouring: see springls__contour, then surface_parts.h. */
 enum {
     SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_REGION,
+    SPRINGLS__SURFACE_SPRINGLS,
     SPRINGLS__SURFACE_SURFEL,
     SPRINGLS__SURFACE_FIRST_FOUND,
     SPRINGLS__SURFACE_FOUND,
@@ -280,6 +284,7 @@ struct springls_context {
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
     uint64_t surface_version; /* the model_version that this mesh is of; 0: there is none                         */
     int surface_vertices, surface_triangles, surface_bricks;
+    int surface_region;     /* bricks in SURFACE_REGION whose triangles the table has; SPRINGLS__SURFACE_OF_ALL: of all bricks */
     uint64_t parts_version; /* the surface_version that its parts are of (surface_parts.h); 0: there are none        */
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */

@@ -1,6 +1,9 @@
 /* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
    faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
-   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
+   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells.
+
+   The table is of all bricks, or of a region: those whose triangles are wanted, and a margin of the bricks around them, which have no
+   triangles, but hits and all that the cells of the region share with theirs. */
 #ifndef SPRINGLS__STAGES_SURFACE_TABLE_H
 #define SPRINGLS__STAGES_SURFACE_TABLE_H
 
@@ -31,10 +34,11 @@ typedef struct springls__surface_job {
     springls_context *ctx;
     springls__contour contour;
     springls__surfel *surfel;
-    springls__row_hit *found;  /* hits by springl: those of springl i from first_found[i] on */
-    int *first_found;
+    int *springl;              /* [springls] those whose hits may lie in the table; those that are known beside them */
+    springls__row_hit *found;  /* hits by springl: those of the i-th of them from first_found[i] on */
+    int *first_found, springls;
     springls__surface_kernel kernel;
-    int bricks;
+    int bricks, places;        /* places: those of bricks, and of the bricks around a region's whose springls are known */
     size_t table_size;
 } springls__surface_job;
 
@@ -97,16 +101,25 @@ SPRINGLS__FN springls_status springls__surface_run(springls_context *ctx, spring
     return springls__surface_loop(ctx, job->bricks, 1, springls__surface_brick_task);
 }
 
-/* Finds which springls of active bricks are creased; behind those, which springls in no cell are. */
+/* Returns the slot of the grid's brick that begins at a voxel, which may lie beyond the domain: SPRINGLS__OUTSIDE then. */
+SPRINGLS__FN int springls__slot_of_origin(const springls__grid *g, const int origin[3])
+{
+    return springls__grid_contains(g, origin[0], origin[1], origin[2]) ? springls__slot_of_voxel(g, origin[0], origin[1], origin[2])
+                                                                        : SPRINGLS__OUTSIDE;
+}
+
+/* Finds which springls of the table's bricks are creased; behind those, which springls in no cell are. */
 SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
     const springls__model *model = &job->ctx->model;
     (void)memory;
-    for (; begin < end && begin < model->grid.active_count; begin++)
-        springls__find_creased(model, job->surfel, model->grid.active[begin]);
+    for (; begin < end && begin < job->bricks; begin++) {
+        const int slot = springls__slot_of_origin(&model->grid, job->contour.brick[begin].origin);
+        if (slot >= SPRINGLS__FIRST_SLOT) springls__find_creased(model, job->surfel, slot);
+    }
     for (; begin < end; begin++) {
-        const int i = (int)model->cells.unbinned[begin - model->grid.active_count];
+        const int i = (int)model->cells.unbinned[begin - job->bricks];
         job->surfel[i].creased = springls__is_creased(model, job->surfel, i);
     }
 }
@@ -134,13 +147,79 @@ SPRINGLS__FN void springls__place_around(const int center[3], int d, int place[3
     place[2] = center[2] + d / 9 - 1;
 }
 
+/* Returns the slot of the grid's brick at a place. */
+SPRINGLS__FN int springls__slot_of_brick_place(const springls__grid *g, const int place[3])
+{
+    const int origin[3] = { SPRINGLS__BRICK * place[0], SPRINGLS__BRICK * place[1], SPRINGLS__BRICK * place[2] };
+    return springls__slot_of_origin(g, origin);
+}
+
+/* Returns whether the table of all bricks has the one at a place: it or one around it is active. */
+SPRINGLS__FN bool springls__surface_reaches(const springls__grid *g, const int place[3])
+{
+    int d, at[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(place, d, at);
+        if (springls__slot_of_brick_place(g, at) >= SPRINGLS__FIRST_SLOT) return true;
+    }
+    return false;
+}
+
+/* Adds the brick at a place to the table, if it is new there. */
+SPRINGLS__FN void springls__add_surface_brick(springls__surface_job *job, const int place[3])
+{
+    int *at = springls__surface_slot(job, place);
+    if (*at >= 0) return;
+    *at = job->places;
+    memcpy((int *)job->ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)job->places++, place, 3 * sizeof *place);
+}
+
+/* Adds the bricks around a place that the table of all bricks has. */
+SPRINGLS__FN void springls__add_surface_bricks_around(springls__surface_job *job, const int center[3])
+{
+    int d, place[3];
+    for (d = 0; d < 27; d++) {
+        springls__place_around(center, d, place);
+        if (springls__surface_reaches(&job->ctx->model.grid, place)) springls__add_surface_brick(job, place);
+    }
+}
+
+/* Lists the places of the table's bricks: those that are active and all around them. */
+SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
+{
+    const springls__grid *g = &job->ctx->model.grid;
+    int i, d, place[3], center[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__brick_place(g, g->slot_brick[g->active[i]], center);
+        for (d = 0; d < 27; d++) {
+            springls__place_around(center, d, place);
+            springls__add_surface_brick(job, place);
+        }
+    }
+    job->bricks = job->places;
+}
+
+/* Lists the places of a region's bricks, those of its margin, and those around the margin. */
+SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
+{
+    const springls_context *ctx = job->ctx;
+    const int *region = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
+    const int *places = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    int i;
+    for (i = 0; i < ctx->surface_region; i++) springls__add_surface_brick(job, region + 3 * (size_t)i);
+    for (i = 0; i < ctx->surface_region; i++) springls__add_surface_bricks_around(job, region + 3 * (size_t)i);
+    job->bricks = job->places;
+    for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
+}
+
 /* Makes the bricks of the table, without contents. */
 SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
     const springls__grid *g = &ctx->model.grid;
-    const size_t most = 27 * (size_t)g->active_count, size = springls__table_size(most);
-    int i, d, k, place[3], center[3], *places, *table;
+    const bool all = ctx->surface_region == SPRINGLS__SURFACE_OF_ALL;
+    const size_t most = all ? 27 * (size_t)g->active_count : 125 * (size_t)ctx->surface_region, size = springls__table_size(most);
+    int i, d, k, place[3], *places, *table;
     size_t slot;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
@@ -148,17 +227,8 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
     job->table_size = size;
     for (slot = 0; slot < size; slot++) table[slot] = -1;
-    for (i = 0; i < g->active_count; i++) {
-        springls__brick_place(g, g->slot_brick[g->active[i]], center);
-        for (d = 0; d < 27; d++) {
-            int *at;
-            springls__place_around(center, d, place);
-            at = springls__surface_slot(job, place);
-            if (*at >= 0) continue;
-            *at = job->bricks;
-            memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
-        }
-    }
+    if (all) springls__list_all_bricks(job);
+    else springls__list_region_bricks(job);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
     for (i = 0; i < job->bricks; i++)
@@ -177,6 +247,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
+        brick->margin = !all && i >= ctx->surface_region;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -185,10 +256,39 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
             int other;
             springls__place_around(places + 3 * (size_t)i, d, place);
             other = *springls__surface_slot(job, place);
-            brick->around[d] = other;
+            brick->around[d] = other = other < job->bricks ? other : -1;
             if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
+    return SPRINGLS_OK;
+}
+
+/* ---- the springls of the table ---- */
+
+/* Lists the springls in the brick at a place. */
+SPRINGLS__FN void springls__list_springls_of(springls__surface_job *job, const int place[3])
+{
+    const springls__model *model = &job->ctx->model;
+    const int slot = springls__slot_of_brick_place(&model->grid, place);
+    const uint32_t *cell;
+    uint32_t at;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    cell = springls__cells_of(&model->grid, slot);
+    for (at = cell[0]; at < cell[SPRINGLS__CELLS - 1]; at++) job->springl[job->springls++] = (int)model->cells.ids[at];
+}
+
+/* Lists the springls that the table is made from: all, or those in its bricks and in the bricks around, which may crease them. */
+SPRINGLS__FN springls_status springls__list_surface_springls(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const int count = ctx->model.set.count, *places = (const int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    int i;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SPRINGLS, (size_t)count, sizeof(int)));
+    job->springl = (int *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGLS].data;
+    if (ctx->surface_region != SPRINGLS__SURFACE_OF_ALL)
+        for (i = 0; i < job->places; i++) springls__list_springls_of(job, places + 3 * (size_t)i);
+    else
+        for (i = 0; i < count; i++) job->springl[job->springls++] = i;
     return SPRINGLS_OK;
 }
 
@@ -202,12 +302,15 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
     int place[3], k;
     (void)memory;
     for (; begin < end; begin++) {
-        springls__surfel *surfel = job->surfel + begin;
-        surfel->p = model->set.s[begin].p;
-        surfel->n = springls__springl_normal(model->set.s[begin]);
+        const springls__springl s = model->set.s[job->springl[begin]];
+        springls__surfel *surfel = job->surfel + job->springl[begin];
+        surfel->p = s.p;
+        surfel->n = springls__springl_normal(s);
         springls__voxel_of_place(&model->grid, surfel->p, place);
         for (k = 0; k < 3; k++) place[k] >>= 3;
         surfel->home = *springls__surface_slot(job, place);
+        if (surfel->home >= job->bricks) surfel->home = -1;
+        surfel->creased = 0;
     }
 }
 
@@ -217,7 +320,7 @@ SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float
     springls__trims trims;
     (void)memory;
     for (; begin < end; begin++)
-        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, begin, &trims, NULL);
+        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &trims, NULL);
 }
 
 /* Finds the hits of springls, and where those of the next one begin at most. */
@@ -227,7 +330,7 @@ SPRINGLS__FN void springls__find_hits_work(void *arg, int begin, int end, float 
     springls__surface_work *work = (springls__surface_work *)(void *)memory;
     for (; begin < end; begin++) {
         springls__row_hit *found = job->found + job->first_found[begin];
-        const int count = springls__springl_hits(&job->ctx->model, &job->contour, begin, &work->trims, found);
+        const int count = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &work->trims, found);
         if (job->first_found[begin] + count < job->first_found[begin + 1]) found[count].row = -1; /* that is the end */
     }
 }
@@ -269,7 +372,7 @@ SPRINGLS__FN springls_status springls__begin_rows(springls__surface_job *job, in
 SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
 {
     springls_context *ctx = job->ctx;
-    const int count = ctx->model.set.count;
+    const int count = job->springls;
     int64_t sum = 0;
     int i;
     for (i = 0; i < count; i++) {
@@ -284,7 +387,7 @@ SPRINGLS__FN springls_status springls__begin_hits(springls__surface_job *job)
     return SPRINGLS_OK;
 }
 
-/* Returns the k-th hit that a springl has found, NULL at the end. */
+/* Returns the k-th hit that the i-th springl has found, NULL at the end. */
 SPRINGLS__FN const springls__row_hit *springls__found_hit(const springls__surface_job *job, int i, int k)
 {
     const springls__row_hit *hit = job->found + job->first_found[i] + k;
@@ -312,7 +415,7 @@ SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
     springls__surface_job *job = springls__surface_job_of(ctx);
     const springls__row_hit *hit;
     int i, b, k, hits;
-    for (i = 0; i < ctx->model.set.count; i++)
+    for (i = 0; i < job->springls; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++)
             job->contour.brick[hit->row / SPRINGLS__TABLE_ROWS].begin[SPRINGLS__OF_HITS][hit->row % SPRINGLS__TABLE_ROWS]++;
     SPRINGLS__TRY(springls__begin_rows(job, SPRINGLS__OF_HITS, SPRINGLS__SURFACE_HIT, sizeof(springls__hit), &hits));
@@ -322,7 +425,7 @@ SPRINGLS__FN springls_status springls__put_hits(springls_context *ctx)
         int *begin = job->contour.brick[b].begin[SPRINGLS__OF_HITS];
         memmove(begin + 1, begin, SPRINGLS__TABLE_ROWS * sizeof *begin);
     }
-    for (i = 0; i < ctx->model.set.count; i++)
+    for (i = 0; i < job->springls; i++)
         for (k = 0; (hit = springls__found_hit(job, i, k)) != NULL; k++) springls__put_hit(&job->contour, *hit);
     return SPRINGLS_OK;
 }
@@ -534,7 +637,6 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
 /* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
-    const int count = ctx->model.set.count;
     springls__surface_job *job;
     ctx->surface_version = 0;
     ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
@@ -543,11 +645,12 @@ SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
     memset(job, 0, sizeof *job);
     job->ctx = ctx;
     SPRINGLS__TRY(springls__surface_bricks(job));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)count, sizeof(springls__surfel)));
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)count + 1, sizeof(int)));
+    SPRINGLS__TRY(springls__list_surface_springls(job));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_SURFEL, (size_t)ctx->model.set.count, sizeof(springls__surfel)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_FIRST_FOUND, (size_t)job->springls + 1, sizeof(int)));
     job->contour.surfel = job->surfel = (springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
     job->first_found = (int *)ctx->surface_memory[SPRINGLS__SURFACE_FIRST_FOUND].data;
-    springls__loop_over(ctx, count, 1024, 0, springls__surfel_work, job);
+    springls__loop_over(ctx, job->springls, 1024, 0, springls__surfel_work, job);
     return SPRINGLS_OK;
 }
 
@@ -562,7 +665,13 @@ SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
     ctx->surface_triangles = mesh.triangle_count;
-    ctx->surface_version = ctx->model_version;
+    if (ctx->surface_region == SPRINGLS__SURFACE_OF_ALL) ctx->surface_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__surface_of_all(springls_context *ctx)
+{
+    ctx->surface_region = SPRINGLS__SURFACE_OF_ALL;
     return SPRINGLS_OK;
 }
 
@@ -572,21 +681,23 @@ SPRINGLS__FN bool springls__surface_is_stale(const springls_context *ctx) { retu
 
 SPRINGLS__FN springls_status springls__find_creases(springls_context *ctx)
 {
-    const int blocks = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
-    springls__loop_over(ctx, blocks, 8, 0, springls__crease_work, springls__surface_job_of(ctx));
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    springls__loop_over(ctx, job->bricks + ctx->model.cells.unbinned_count, 8, 0, springls__crease_work, job);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__count_hits(springls_context *ctx)
 {
-    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__count_hits_work, springls__surface_job_of(ctx));
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    springls__loop_over(ctx, job->springls, 256, 0, springls__count_hits_work, job);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__find_hits(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__begin_hits(springls__surface_job_of(ctx)));
-    return springls__surface_loop(ctx, ctx->model.set.count, 64, springls__find_hits_work);
+    springls__surface_job *job = springls__surface_job_of(ctx);
+    SPRINGLS__TRY(springls__begin_hits(job));
+    return springls__surface_loop(ctx, job->springls, 64, springls__find_hits_work);
 }
 
 SPRINGLS__FN springls_status springls__sort_all_hits(springls_context *ctx)
@@ -635,7 +746,7 @@ SPRINGLS__FN springls_status springls__find_all_patches(springls_context *ctx)
 }
 
 /* Arcs, links and patches are made from what was found before them, until no triangles of a cell cross. */
-static const springls__entry springls__surface_table[] = {
+static const springls__entry springls__surface_kernels[] = {
     SPRINGLS__DO(springls__surface_begin)
     SPRINGLS__IF(springls__surface_has_bricks)
         SPRINGLS__DO(springls__find_creases)
@@ -663,6 +774,11 @@ static const springls__entry springls__surface_table[] = {
         SPRINGLS__END
     SPRINGLS__END
     SPRINGLS__DO(springls__surface_end)
+SPRINGLS__END };
+
+static const springls__entry springls__surface_table[] = {
+    SPRINGLS__DO(springls__surface_of_all)
+    SPRINGLS__CALL(springls__surface_kernels)
 SPRINGLS__END };
 
 /* Makes the mesh of what springls hold where the model has changed since it was made last. The cell list must be fresh. */
