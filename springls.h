@@ -853,6 +853,7 @@
      >>chunk_material       src/output/chunk_material.h
      >>chunk_signature      src/output/chunk_signature.h
      >>contour_chunks       src/output/contour_chunks.h
+     >>contour_region       src/output/contour_region.h
      >>chunk_lod            src/output/chunk_lod.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
@@ -17789,12 +17790,15 @@ SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS
     return false;
 }
 
+/* Returns the cosine of half the angle of a crease, and a little more. */
+SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }
+
 /* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
    ones, are within half the angle of a crease of one. */
 SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
                                            springls__v3 lower, springls__v3 upper)
 {
-    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
+    const float r = SPRINGLS__TRIM_RADIUS, least = springls__least_uncreased_cosine();
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
                                                          springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
     const int first = springls__cell_walk_next(model, &walk);
@@ -28046,7 +28050,8 @@ SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *no
 
      the table  -->  bricks of the new contour, by place  -->  vertices: published or new  -->  chunks that differ
 
-   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made. */
+   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made.
+   Most updates make a table of the region alone where something has changed (contour_region.h), and keep the other bricks. */
 
 /* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; id: the springl's, for a
    consumer with correspondences, else 0; changed: 1 where x, n or id is not as published before. */
@@ -28057,12 +28062,16 @@ typedef struct springls__contour_vertex {
 } springls__contour_vertex;
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
-   the grid; table: its number in the table; changed: whether a vertex of it is. */
+   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
+   one of the bricks around is, or it itself. eighth: what its eighths were made from (contour_region.h); creased: a bit for each of them
+   with creased springls. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
+    uint64_t eighth[8];
     int first_vertex, vertices, first_triangle, triangles, table;
-    bool dirty, changed;
+    uint8_t creased;
+    bool dirty, changed, beside_changed;
 } springls__contour_brick;
 
 /* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
@@ -28085,11 +28094,15 @@ typedef struct springls__contour_chunks {
     bool in_use;           /* the consumer's chunks are contours                                           */
     int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
     int *brick_count;
-    int *of_table;         /* [brick of the table] its vertices, then its brick of the new contour         */
+    int *of_table;         /* [brick of the table] its vertices, then its brick of the new contour or -1   */
     uint64_t *vertex_key;  /* [vertex of the mesh] its brick in the table << 32 | its key                  */
     uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
     int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
-    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory;
+    uint64_t *region;      /* keys of the places in the window of the region's bricks, ascending: springls__place_key */
+    uint32_t *moved;       /* [published brick] what has changed in its eighths: springls__moved_eighths   */
+    int region_bricks;
+    bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory, moved_memory;
 } springls__contour_chunks;
 
 SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
@@ -28108,6 +28121,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
     springls__buffer_free(ctx, &c->vertex_key_memory);
     springls__buffer_free(ctx, &c->order_memory);
     springls__buffer_free(ctx, &c->used_memory);
+    springls__buffer_free(ctx, &c->region_memory);
+    springls__buffer_free(ctx, &c->moved_memory);
 }
 
 /* ---- keys ---- */
@@ -28176,19 +28191,41 @@ SPRINGLS__FN int springls__find_contour_brick(const springls_context *ctx, const
     return -1;
 }
 
-/* Finds the bricks of the new contour around one of its bricks; -1: there is none. */
-SPRINGLS__FN void springls__contour_bricks_around(const springls__contour_chunks *c, int brick, int around[27])
+/* The bricks around a brick of a contour: found when they are asked for. */
+typedef struct springls__contour_around {
+    const springls_context *ctx;
+    const springls__contour_store *store;
+    int center[3], brick[27]; /* SPRINGLS__NOT_FOUND_YET, or as springls__find_contour_brick has found it */
+} springls__contour_around;
+
+#define SPRINGLS__NOT_FOUND_YET (-2)
+
+SPRINGLS__FN springls__contour_around springls__around_contour_brick(const springls_context *ctx, const springls__contour_store *store,
+                                                                     int brick)
 {
-    const springls__surface_brick *table = (const springls__surface_brick *)c->ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
-    const int *in_table = table[c->store[1 - c->now].brick[brick].table].around;
+    springls__contour_around around;
     int d;
-    for (d = 0; d < 27; d++) around[d] = in_table[d] < 0 ? -1 : c->of_table[in_table[d]];
+    around.ctx = ctx;
+    around.store = store;
+    memcpy(around.center, store->brick[brick].at.at, sizeof around.center);
+    for (d = 0; d < 27; d++) around.brick[d] = SPRINGLS__NOT_FOUND_YET;
+    around.brick[13] = brick;
+    return around;
 }
 
-/* Returns the vertex of a triangle's corner. around: of the triangle's brick. */
-SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store, const int around[27], uint32_t corner)
+SPRINGLS__FN int springls__contour_brick_around(springls__contour_around *around, int d)
 {
-    const springls__contour_brick *brick = store->brick + around[corner >> 27];
+    int at[3];
+    if (around->brick[d] != SPRINGLS__NOT_FOUND_YET) return around->brick[d];
+    springls__place_around(around->center, d, at);
+    return around->brick[d] = springls__find_contour_brick(around->ctx, around->store, at);
+}
+
+/* Returns the vertex of a triangle's corner. around: the triangle's brick. */
+SPRINGLS__FN int springls__vertex_of_corner(springls__contour_around *around, uint32_t corner)
+{
+    const springls__contour_store *store = around->store;
+    const springls__contour_brick *brick = store->brick + springls__contour_brick_around(around, (int)(corner >> 27));
     const uint32_t key = corner & ((1u << 27) - 1u);
     int first = brick->first_vertex, end = first + brick->vertices;
     while (end - first > 1) {
@@ -28197,6 +28234,29 @@ SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store
         else end = middle;
     }
     return first;
+}
+
+/* ---- the region ---- */
+
+/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
+SPRINGLS__FN uint64_t springls__place_key(const int place[3])
+{
+    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
+}
+
+/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
+SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+{
+    int first = 0, end = c->region_bricks, place[3], axis;
+    uint64_t key;
+    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
+    key = springls__place_key(place);
+    while (first < end) {
+        const int middle = first + (end - first) / 2;
+        if (c->region[middle] < key) first = middle + 1;
+        else end = middle;
+    }
+    return first < c->region_bricks && c->region[first] == key;
 }
 
 /* ---- from the table to a contour ---- */
@@ -28223,7 +28283,7 @@ SPRINGLS__FN springls__kept_table springls__kept_table_of(const springls_context
     return table;
 }
 
-/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: they are counted only. */
+/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: not written. */
 typedef struct springls__vertex_writer {
     const springls__kept_table *table;
     springls__contour_vertex *vertex;
@@ -28244,8 +28304,8 @@ SPRINGLS__FN void springls__write_contour_vertex(springls__vertex_writer *writer
         v->springl = writer->table->mesh.springls[i];
         v->key = key;
         v->changed = 1;
-        writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
     }
+    if (writer->vertex_key) writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
     writer->count++;
 }
 
@@ -28326,21 +28386,21 @@ SPRINGLS__FN void springls__write_contour_ids(const springls__contour_chunks *c,
         vertex[i].id = !c->with_ids ? 0 : vertex[i].springl < 0 ? UINT32_MAX : c->ctx->model.set.id[vertex[i].springl];
 }
 
-/* Writes the vertices of bricks, and their keys. */
+/* Writes the vertices of bricks of the table that are in the new contour, and the keys of all. */
 SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
 {
     springls__contour_chunks *c = (springls__contour_chunks *)arg;
     const springls__contour_update update = springls__contour_update_of(c);
     (void)memory;
     for (; begin < end; begin++) {
-        const springls__contour_brick *brick = update.after->brick + begin;
-        springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
-                                         c->vertex_key);
-        springls__write_contour_ids(c, brick, update.after->vertex + brick->first_vertex);
+        const springls__contour_brick *brick = c->of_table[begin] < 0 ? NULL : update.after->brick + c->of_table[begin];
+        springls__contour_vertex *vertex = brick ? update.after->vertex + brick->first_vertex : NULL;
+        springls__write_contour_vertices(&update.table, begin, vertex, c->vertex_key);
+        if (brick) springls__write_contour_ids(c, brick, vertex);
     }
 }
 
-/* Writes the triangles of bricks. */
+/* Writes the triangles of bricks that are not kept. */
 SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, float *memory)
 {
     springls__contour_chunks *c = (springls__contour_chunks *)arg;
@@ -28350,9 +28410,10 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = update.after->brick + begin;
-        const springls__surface_brick *from = update.table.brick + brick->table;
+        const springls__surface_brick *from = update.table.brick + springls__imax(brick->table, 0);
         const int *corner = update.table.corners + 3 * (size_t)from->first_triangle;
         uint32_t *to = update.after->corner + 3 * (size_t)brick->first_triangle;
+        if (brick->table < 0) continue;
         for (k = 0, d = 13; k < 3 * from->triangles; k++) {
             const uint64_t v = key[update.table.rank[corner[k]] - 1];
             if (from->around[d] != (int)(v >> 32))
@@ -28401,7 +28462,6 @@ SPRINGLS__FN void springls__publish_contour_brick(const springls__contour_update
     springls__contour_vertex *vertex = update->after->vertex + now->first_vertex;
     const springls__contour_vertex *old = before ? update->before->vertex + before->first_vertex : NULL;
     int i, end, j = 0, old_end = 0;
-    now->changed = false;
     for (i = 0; i < now->vertices; i = end) {
         const uint32_t group = springls__group_of_key(vertex[i].key);
         end = springls__end_of_group(vertex, i, now->vertices, group);
@@ -28427,7 +28487,21 @@ SPRINGLS__FN void springls__publish_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+        if (now->table >= 0) springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+    }
+}
+
+/* Marks the bricks around those with a changed vertex. */
+SPRINGLS__FN void springls__mark_beside_changed(const springls__contour_chunks *c)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    int i, d, other;
+    for (i = 0; i < store->bricks; i++) {
+        springls__contour_around around;
+        if (!store->brick[i].changed) continue;
+        around = springls__around_contour_brick(c->ctx, store, i);
+        for (d = 0; d < 27; d++)
+            if ((other = springls__contour_brick_around(&around, d)) >= 0) store->brick[other].beside_changed = true;
     }
 }
 
@@ -28437,15 +28511,24 @@ SPRINGLS__FN bool springls__has_changed_vertex(const springls__contour_chunks *c
     const springls__contour_store *store = &c->store[1 - c->now];
     const springls__contour_brick *of = store->brick + brick;
     const uint32_t *corner = store->corner + 3 * (size_t)of->first_triangle;
-    int around[27], d, k;
-    bool some = false;
-    if (of->triangles == 0) return false;
-    springls__contour_bricks_around(c, brick, around);
-    for (d = 0; d < 27; d++) some = some || (around[d] >= 0 && store->brick[around[d]].changed);
-    for (k = 0; some && k < 3 * of->triangles; k++)
-        if (store->brick[around[corner[k] >> 27]].changed && store->vertex[springls__vertex_of_corner(store, around, corner[k])].changed)
-            return true;
+    springls__contour_around around = springls__around_contour_brick(c->ctx, store, brick);
+    int k;
+    for (k = 0; of->beside_changed && k < 3 * of->triangles; k++)
+        if (store->brick[springls__contour_brick_around(&around, (int)(corner[k] >> 27))].changed
+            && store->vertex[springls__vertex_of_corner(&around, corner[k])].changed) return true;
     return false;
+}
+
+/* Returns whether a brick of the new contour has the triangles that are published. */
+SPRINGLS__FN bool springls__has_published_triangles(const springls_context *ctx, const springls__contour_update *update,
+                                                    const springls__contour_brick *now)
+{
+    const springls__contour_brick *before;
+    if (now->table < 0) return true;
+    before = springls__brick_before(ctx, update, now);
+    return before && before->triangles == now->triangles
+        && memcmp(update->before->corner + 3 * (size_t)before->first_triangle, update->after->corner + 3 * (size_t)now->first_triangle,
+                  3 * (size_t)now->triangles * sizeof *update->after->corner) == 0;
 }
 
 /* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
@@ -28456,12 +28539,7 @@ SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        const springls__contour_brick *before = springls__brick_before(c->ctx, &update, now);
-        if (!before || before->triangles != now->triangles
-            || memcmp(update.before->corner + 3 * (size_t)before->first_triangle, update.after->corner + 3 * (size_t)now->first_triangle,
-                      3 * (size_t)now->triangles * sizeof *update.after->corner) != 0
-            || springls__has_changed_vertex(c, begin))
-            now->dirty = true;
+        if (!springls__has_published_triangles(c->ctx, &update, now) || springls__has_changed_vertex(c, begin)) now->dirty = true;
     }
 }
 
@@ -28488,36 +28566,86 @@ SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Lists the bricks of the new contour: all those of the table. */
+/* Makes brick `brick` of the table one of the new contour, without contents. */
+SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_context *ctx, const springls__contour_chunks *c,
+                                                                const springls__surface_brick *table, int brick)
+{
+    springls__contour_brick made;
+    int axis;
+    memset(&made, 0, sizeof made);
+    for (axis = 0; axis < 3; axis++) made.at.at[axis] = (table[brick].origin[axis] + ctx->window.offset[axis]) / SPRINGLS__BRICK;
+    made.chunk = springls__chunk_of_place(ctx, made.at.at);
+    made.table = brick;
+    made.vertices = c->of_table[brick];
+    made.triangles = table[brick].triangles;
+    return made;
+}
+
+/* Puts the `fresh` bricks of the new contour, which lie behind room for `kept` ones, and those that are kept in order. */
+SPRINGLS__FN void springls__merge_contour_bricks(const springls__contour_chunks *c, int kept, int fresh)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    springls__contour_brick *to = c->store[1 - c->now].brick;
+    int i, j = kept, n;
+    for (i = n = 0; n < kept + fresh; n++) {
+        while (i < before->bricks && springls__is_in_region(c, before->window, &before->brick[i])) i++;
+        if (i < before->bricks && (j == kept + fresh || springls__compare_contour_bricks(&before->brick[i], &to[j]) < 0)) {
+            to[n] = before->brick[i];
+            to[n].table = ~i;
+            to[n].dirty = to[n].changed = to[n].beside_changed = false;
+            i++;
+        } else {
+            to[n] = to[j++];
+        }
+    }
+}
+
+/* Gives the bricks of the new contour their vertices and triangles; those that are kept have them then. */
+SPRINGLS__FN void springls__place_contour_bricks(springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    springls__contour_store *store = &c->store[1 - c->now];
+    int i;
+    store->vertices = store->triangles = 0;
+    for (i = 0; i < store->bricks; i++) {
+        springls__contour_brick *brick = &store->brick[i];
+        brick->first_vertex = store->vertices;
+        brick->first_triangle = store->triangles;
+        store->vertices += brick->vertices;
+        store->triangles += brick->triangles;
+        if (brick->table >= 0) {
+            c->of_table[brick->table] = i;
+            continue;
+        }
+        memcpy(store->vertex + brick->first_vertex, before->vertex + before->brick[~brick->table].first_vertex,
+               (size_t)brick->vertices * sizeof *store->vertex);
+        memcpy(store->corner + 3 * (size_t)brick->first_triangle, before->corner + 3 * (size_t)before->brick[~brick->table].first_triangle,
+               3 * (size_t)brick->triangles * sizeof *store->corner);
+    }
+}
+
+/* Lists the bricks of the new contour: those of the table but for a margin, and those that are kept. */
 SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx, springls__contour_chunks *c)
 {
     const springls__kept_table table = springls__kept_table_of(ctx);
+    const springls__contour_store *before = &c->store[c->now];
     springls__contour_store *store = &c->store[1 - c->now];
-    int i, axis;
-    store->bricks = ctx->surface_bricks;
-    store->vertices = ctx->surface_vertices;
-    store->triangles = ctx->surface_triangles;
+    const int fresh = c->whole ? ctx->surface_bricks : ctx->surface_region;
+    int i, kept = 0;
+    for (i = 0; i < before->bricks && !c->whole; i++) kept += !springls__is_in_region(c, before->window, &before->brick[i]);
+    store->bricks = fresh + kept;
+    store->vertices = ctx->surface_vertices + (c->whole ? 0 : before->vertices);
+    store->triangles = ctx->surface_triangles + (c->whole ? 0 : before->triangles);
     store->stale = false;
     memcpy(store->window, ctx->window.offset, sizeof store->window);
     SPRINGLS__TRY(springls__reserve_contour(ctx, store));
-    for (i = 0; i < store->bricks; i++) {
-        springls__contour_brick *brick = store->brick + i;
-        memset(brick, 0, sizeof *brick);
-        for (axis = 0; axis < 3; axis++) brick->at.at[axis] = (table.brick[i].origin[axis] + store->window[axis]) / SPRINGLS__BRICK;
-        brick->chunk = springls__chunk_of_place(ctx, brick->at.at);
-        brick->table = i;
-        brick->vertices = c->of_table[i];
-        brick->triangles = table.brick[i].triangles;
+    for (i = 0; i < ctx->surface_bricks; i++) {
+        if (i < fresh) store->brick[kept + i] = springls__contour_brick_of(ctx, c, table.brick, i);
+        c->of_table[i] = -1;
     }
-    qsort(store->brick, (size_t)store->bricks, sizeof *store->brick, springls__compare_contour_bricks);
-    store->vertices = store->triangles = 0;
-    for (i = 0; i < store->bricks; i++) {
-        store->brick[i].first_vertex = store->vertices;
-        store->brick[i].first_triangle = store->triangles;
-        store->vertices += store->brick[i].vertices;
-        store->triangles += store->brick[i].triangles;
-        c->of_table[store->brick[i].table] = i;
-    }
+    qsort(store->brick + kept, (size_t)fresh, sizeof *store->brick, springls__compare_contour_bricks);
+    if (!c->whole) springls__merge_contour_bricks(c, kept, fresh);
+    springls__place_contour_bricks(c);
     return SPRINGLS_OK;
 }
 
@@ -28582,15 +28710,13 @@ SPRINGLS__FN springls_status springls__reserve_contour_chunks(springls_context *
 SPRINGLS__FN void springls__number_chunk(springls__contour_chunks *c, int first, int bricks, springls_chunk *chunk)
 {
     const springls__contour_store *store = &c->store[1 - c->now];
-    int around[27], i, k, corners = 0, begin;
+    int i, k, corners = 0, begin;
     if (bricks == 0) return;
     begin = 3 * store->brick[first].first_triangle;
     for (i = first; i < first + bricks; i++) {
-        const springls__contour_brick *brick = store->brick + i;
-        if (brick->triangles == 0) continue;
-        springls__contour_bricks_around(c, i, around);
-        for (k = 0; k < 3 * brick->triangles; k++, corners++)
-            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(store, around, store->corner[begin + corners]) << 32
+        springls__contour_around around = springls__around_contour_brick(c->ctx, store, i);
+        for (k = 0; k < 3 * store->brick[i].triangles; k++, corners++)
+            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(&around, store->corner[begin + corners]) << 32
                                       | (uint32_t)corners;
     }
     springls__sort_keys(c->order + begin, (size_t)corners);
@@ -28602,11 +28728,22 @@ SPRINGLS__FN void springls__number_chunk(springls__contour_chunks *c, int first,
     chunk->triangle_count = corners / 3;
 }
 
+/* Returns the springl that a published vertex shows, by its id: its number may be another one by now. -1: there is none. */
+SPRINGLS__FN int springls__springl_of_vertex(const springls__model *model, const springls__contour_vertex *v)
+{
+    springls__cell_walk walk;
+    int i = v->springl;
+    if (i < 0 || (i < model->set.count && model->set.id[i] == v->id)) return i;
+    walk = springls__cell_walk_near(model, v->x, SPRINGLS__LARGEST_HIT_RADIUS + 1.0f);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0 && model->set.id[i] != v->id) continue;
+    return i;
+}
+
 /* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
 SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
                                                    int vertex)
 {
-    int springl = v->springl;
+    int springl = springls__springl_of_vertex(&ctx->model, v);
     springls__v3 a = v->x;
     if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
     if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
@@ -28631,6 +28768,310 @@ SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, cons
     for (i = 0; i < chunk->triangle_count; i++)
         for (k = 0; k < 3; k++) /* counter-clockwise seen from outside */
             chunk->triangles[3 * i + (mirrored && k ? 3 - k : k)] = (uint16_t)c->number[begin + (size_t)(3 * i + k)];
+}
+
+/* ======== >>contour_region  (src/output/contour_region.h) ====================================================== */
+/* contour_region.h - where the mesh of what springls hold has to be made again for chunks: around what has changed since it was published.
+   For each eighth of a brick, 4^3 voxels, its springls and phi are summed up in a hash.
+
+     eighths that differ  -->  the bricks within 4 voxels, or 8 at creases  -->  their table  -->  closed with the bricks around?
+                                          ^                                                             |
+                                          `------------------- one more brick all around ---------- no -'
+
+   A springl's hits lie within 2.5 voxels of it, those of the springls that it creases within 5.7. How far a line's sides may follow is
+   not bounded: so the new triangles are kept only where their border is the one of the triangles that they replace. */
+
+#define SPRINGLS__LARGEST_REGION_SHARE 3 /* a region of more than this part of the bricks is no cheaper, with its margin, than the whole */
+
+/* ---- what eighths of bricks are made from ---- */
+
+SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+{
+    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
+    return h ^ h >> 32;
+}
+
+/* Returns a hash of all that the table takes from springl i. */
+SPRINGLS__FN uint64_t springls__hash_springl(const springls__model *model, int i)
+{
+    const springls__springl s = model->set.s[i];
+    const uint32_t flags = (springls__is_overlapped(model, i) ? 1u : 0u) | (springls__at_edge(model, i) ? 2u : 0u);
+    uint64_t hash = springls__hash(SPRINGLS__HASH_BEGIN ^ flags, &s, sizeof s);
+    return springls__mixed((hash ^ model->set.id[i]) * 1099511628211u);
+}
+
+/* Adds the springls of an active brick to the hashes of its eighths. */
+SPRINGLS__FN void springls__hash_springls(const springls__model *model, int slot, uint64_t eighth[8])
+{
+    const uint32_t *cell = springls__cells_of(&model->grid, slot);
+    int c;
+    uint32_t at;
+    for (c = 0; c < SPRINGLS__CELLS - 1; c++) /* cells of 2^3 voxels, x fastest */
+        for (at = cell[c]; at < cell[c + 1]; at++)
+            eighth[(c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2] += springls__hash_springl(model, (int)model->cells.ids[at]);
+}
+
+/* Adds phi of an active brick to the hashes of its eighths: as far as it is evidence of a side (springls__phi_evidence). */
+SPRINGLS__FN void springls__hash_phi(const springls__grid *g, int slot, uint64_t eighth[8])
+{
+    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int row, half, k;
+    for (row = 0; row < 64; row++) /* of eight voxels along x */
+        for (half = 0; half < 2; half++) {
+            uint64_t hash = (uint64_t)(row + 1);
+            for (k = 0; k < 4; k++) {
+                const float value = springls__clamp(phi[8 * row + 4 * half + k], -1.0f, 1.0f);
+                uint32_t bits;
+                memcpy(&bits, &value, sizeof bits);
+                hash = (hash ^ bits) * 1099511628211u;
+            }
+            eighth[half | (row >> 2 & 1) << 1 | (row >> 5) << 2] += springls__mixed(hash);
+        }
+}
+
+/* Finds what the eighths of the brick at a place in the window are made from. */
+SPRINGLS__FN void springls__hash_eighths(const springls__model *model, const int place[3], uint64_t eighth[8])
+{
+    const int slot = springls__slot_of_brick_place(&model->grid, place);
+    int k;
+    for (k = 0; k < 8; k++) eighth[k] = (uint64_t)(slot < SPRINGLS__FIRST_SLOT ? slot : SPRINGLS__FIRST_SLOT);
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    springls__hash_springls(model, slot, eighth);
+    springls__hash_phi(&model->grid, slot, eighth);
+}
+
+/* Finds the place in the window of a brick of a contour. */
+SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick, int place[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - ctx->window.offset[axis] / SPRINGLS__BRICK;
+}
+
+/* Returns, as bits, which eighths of an active brick have springls that the table has found to be creased. */
+SPRINGLS__FN uint8_t springls__creased_eighths(const springls_context *ctx, const int place[3])
+{
+    const springls__model *model = &ctx->model;
+    const springls__surfel *surfel = (const springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    const int slot = springls__slot_of_brick_place(&model->grid, place);
+    const uint32_t *cell;
+    uint8_t creased = 0;
+    uint32_t at;
+    int c;
+    if (slot < SPRINGLS__FIRST_SLOT) return 0;
+    cell = springls__cells_of(&model->grid, slot);
+    for (c = 0; c < SPRINGLS__CELLS - 1; c++)
+        for (at = cell[c]; at < cell[c + 1]; at++)
+            if (surfel[model->cells.ids[at]].creased) creased |= (uint8_t)(1u << ((c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2));
+    return creased;
+}
+
+/* Writes what the bricks of the new contour that are not kept were made from. */
+SPRINGLS__FN void springls__hash_contour_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    int place[3];
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
+        if (brick->table < 0) continue;
+        springls__place_of_contour_brick(c->ctx, brick, place);
+        springls__hash_eighths(&c->ctx->model, place, brick->eighth);
+        brick->creased = springls__creased_eighths(c->ctx, place);
+    }
+}
+
+/* ---- what has changed ---- */
+
+/* Returns whether springls in an eighth of a brick, or as near to it as they may crease those in it, face different ways. */
+SPRINGLS__FN bool springls__may_be_creased(const springls__model *model, const int place[3], int eighth)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, width = 4.0f + 2.0f * r;
+    const springls__v3 lower = springls__v3_make((float)(8 * place[0] + 4 * (eighth & 1)) - r,
+                                                 (float)(8 * place[1] + 4 * (eighth >> 1 & 1)) - r,
+                                                 (float)(8 * place[2] + 4 * (eighth >> 2)) - r);
+    const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
+    springls__cell_walk walk = springls__cell_walk_begin(model, lower, upper);
+    const int first = springls__cell_walk_next(model, &walk);
+    springls__v3 n;
+    int i;
+    if (first < 0) return false;
+    n = springls__springl_normal(model->set.s[first]);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(springls__springl_normal(model->set.s[i]), n)) < springls__least_uncreased_cosine()) return true;
+    return false;
+}
+
+/* Returns, as bits, which eighths of the brick at a place differ from those of a published brick, which may be NULL; 256 times that: which
+   of those may be, or have been, creased. */
+SPRINGLS__FN uint32_t springls__moved_eighths(const springls__model *model, const int place[3], const springls__contour_brick *before)
+{
+    uint64_t eighth[8];
+    uint32_t moved = 0;
+    int k;
+    springls__hash_eighths(model, place, eighth);
+    for (k = 0; k < 8; k++) {
+        if (before && eighth[k] == before->eighth[k]) continue;
+        moved |= 1u << k;
+        if (!before || (before->creased >> k & 1u) || springls__may_be_creased(model, place, k)) moved |= 256u << k;
+    }
+    return moved;
+}
+
+/* Finds what has changed in published bricks. */
+SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    int place[3];
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__contour_brick *brick = &c->store[c->now].brick[begin];
+        springls__place_of_contour_brick(c->ctx, brick, place);
+        c->moved[begin] = springls__moved_eighths(&c->ctx->model, place, brick);
+    }
+}
+
+/* Returns, as bits, the bricks around one that its eighths `moved` reach. */
+SPRINGLS__FN uint32_t springls__bricks_reached(uint32_t moved)
+{
+    uint32_t reached = 0;
+    int k, d;
+    for (k = 0; k < 8; k++)
+        for (d = 0; d < 27 && (moved >> k & 1u); d++) {
+            const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
+            bool reaches = true;
+            int axis;
+            for (axis = 0; axis < 3; axis++) /* the brick beside it on its own side, or the other one too */
+                reaches = reaches && (to[axis] == 0 || to[axis] == (k >> axis & 1 ? 1 : -1) || (moved >> (8 + k) & 1u));
+            if (reaches) reached |= 1u << d;
+        }
+    return reached;
+}
+
+/* ---- the region ---- */
+
+/* Adds the bricks around a place that are in a mask to the region. */
+SPRINGLS__FN void springls__add_to_region(springls__contour_chunks *c, const int center[3], uint32_t mask)
+{
+    int d, place[3];
+    for (d = 0; d < 27; d++) {
+        if (!(mask >> d & 1u)) continue;
+        springls__place_around(center, d, place);
+        c->region[c->region_bricks++] = springls__place_key(place);
+    }
+}
+
+/* Sorts the region's keys, each once. */
+SPRINGLS__FN void springls__sort_region(springls__contour_chunks *c)
+{
+    int i, n = 0;
+    springls__sort_keys(c->region, (size_t)c->region_bricks);
+    for (i = 0; i < c->region_bricks; i++)
+        if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
+    c->region_bricks = n;
+}
+
+/* Makes room for the region, keeping it. */
+SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, springls__contour_chunks *c, size_t most)
+{
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->region_memory, most + 1, sizeof *c->region, (size_t)c->region_bricks * sizeof *c->region));
+    c->region = (uint64_t *)c->region_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Gives the table the region: those of its bricks that the table of all would have. Where they are many, it is the whole. */
+SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
+{
+    int *places, i, n = 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)c->region_bricks, sizeof(int)));
+    places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
+    for (i = 0; i < c->region_bricks; i++) {
+        const uint64_t key = c->region[i];
+        int place[3], axis;
+        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+        if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
+    }
+    ctx->surface_region = n;
+    c->whole = SPRINGLS__LARGEST_REGION_SHARE * n > c->store[c->now].bricks;
+    return SPRINGLS_OK;
+}
+
+/* Collects the bricks that have to be made again: the region. Precondition: c->moved is known. */
+SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    const springls__grid *g = &ctx->model.grid;
+    size_t most = (size_t)g->active_count;
+    int i, place[3], at[3], axis;
+    for (i = 0; i < before->bricks; i++) most += c->moved[i] != 0;
+    c->region_bricks = 0;
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * most));
+    for (i = 0; i < before->bricks; i++) {
+        if (c->moved[i] == 0) continue;
+        springls__place_of_contour_brick(ctx, &before->brick[i], place);
+        springls__add_to_region(c, place, springls__bricks_reached(c->moved[i]));
+    }
+    for (i = 0; i < g->active_count; i++) { /* those that are new */
+        springls__brick_place(g, g->slot_brick[g->active[i]], place);
+        for (axis = 0; axis < 3; axis++) at[axis] = place[axis] + ctx->window.offset[axis] / SPRINGLS__BRICK;
+        if (springls__find_contour_brick(ctx, before, at) < 0) springls__add_to_region(c, place, (1u << 27) - 1u);
+    }
+    springls__sort_region(c);
+    return springls__take_region(ctx, c);
+}
+
+/* Adds all bricks around the region to it. */
+SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, springls__contour_chunks *c)
+{
+    const int bricks = c->region_bricks;
+    int i;
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, 28 * (size_t)bricks));
+    for (i = 0; i < bricks; i++) {
+        const uint64_t key = c->region[i];
+        int place[3], axis;
+        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+        springls__add_to_region(c, place, (1u << 27) - 1u);
+    }
+    springls__sort_region(c);
+    return springls__take_region(ctx, c);
+}
+
+/* ---- whether the new triangles fit ---- */
+
+/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: over triangles whose border
+   is the same such sums are the same. */
+SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
+{
+    const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
+    uint64_t sum = 0;
+    int t, k, at[3];
+    for (t = 0; t < brick->triangles; t++) {
+        uint64_t vertex[3];
+        for (k = 0; k < 3; k++) {
+            const uint32_t c = corner[3 * t + k];
+            springls__place_around(brick->at.at, (int)(c >> 27), at);
+            vertex[k] = springls__mixed((uint64_t)springls__hash3((uint32_t)at[0], (uint32_t)at[1], (uint32_t)at[2])
+                                        ^ (uint64_t)(c & ((1u << 27) - 1u)) * 0x9E3779B97F4A7C15u);
+        }
+        for (k = 0; k < 3; k++) {
+            const uint64_t from = vertex[k], to = vertex[k < 2 ? k + 1 : 0];
+            const uint64_t edge = springls__mixed((from < to ? from : to) * 0xBF58476D1CE4E5B9u ^ (from < to ? to : from));
+            sum += from < to ? edge : ~edge + 1u;
+        }
+    }
+    return sum;
+}
+
+/* Returns whether the new triangles of the region have the border of those that they replace. */
+SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now], *after = &c->store[1 - c->now];
+    uint64_t was = 0, is = 0;
+    int i;
+    for (i = 0; i < before->bricks; i++)
+        if (springls__is_in_region(c, before->window, &before->brick[i])) was += springls__border_of_brick(before, &before->brick[i]);
+    for (i = 0; i < after->bricks; i++)
+        if (after->brick[i].table >= 0) is += springls__border_of_brick(after, &after->brick[i]);
+    return was == is;
 }
 
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
@@ -29423,16 +29864,45 @@ SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
     return springls__read_cell_list(ctx);
 }
 
-SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
+/* Begins a new contour, and finds what has changed since the last one, unless a table of all bricks is needed, or there is one. */
+SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
+    springls__contour_store *before = &contours->store[contours->now];
     SPRINGLS__TRY(springls__change_to_contours(ctx, c));
-    if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
-        contours->store[contours->now].stale = true;
+    if (memcmp(before->window, ctx->window.offset, sizeof ctx->window.offset) != 0) before->stale = true;
     contours->ctx = ctx;
     contours->tolerance = c->desc.tolerance;
     contours->with_ids = c->desc.correspondences;
+    contours->open = true;
+    contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f || !springls__surface_is_stale(ctx)
+                   || ctx->particles_outside > 0 || ctx->model.cells.unbinned_count > 0;
+    if (contours->whole) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &contours->moved_memory, (size_t)before->bricks, sizeof *contours->moved, 0));
+    contours->moved = (uint32_t *)contours->moved_memory.data;
+    springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_region(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    return contours->whole ? SPRINGLS_OK : springls__collect_region(ctx, contours);
+}
+
+SPRINGLS__FN bool springls__contour_is_open(const springls_context *ctx) { return ctx->step.chunks->contours.open; }
+
+SPRINGLS__FN bool springls__wants_whole_table(const springls_context *ctx)
+{
+    return ctx->step.chunks->contours.whole && springls__surface_is_stale(ctx);
+}
+
+SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx) { return !ctx->step.chunks->contours.whole; }
+
+SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
     SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
     springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
     return SPRINGLS_OK;
@@ -29440,14 +29910,25 @@ SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__fill_contour(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__list_contour_bricks(ctx, &ctx->step.chunks->contours));
-    springls__loop_over_contour(ctx, springls__fill_contour_work);
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
+    springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__fill_contour_work, contours);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__fill_corners(springls_context *ctx)
 {
     springls__loop_over_contour(ctx, springls__fill_corners_work);
+    return SPRINGLS_OK;
+}
+
+/* Ends the new contour, or widens its region. */
+SPRINGLS__FN springls_status springls__close_contour(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    contours->open = !contours->whole && !springls__region_fits(contours);
+    if (contours->open) return springls__widen_region(ctx, contours);
+    springls__loop_over_contour(ctx, springls__hash_contour_work);
     return SPRINGLS_OK;
 }
 
@@ -29460,6 +29941,7 @@ SPRINGLS__FN springls_status springls__publish_contour(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__compare_contour(springls_context *ctx)
 {
+    springls__mark_beside_changed(&ctx->step.chunks->contours);
     springls__loop_over_contour(ctx, springls__compare_contour_work);
     return SPRINGLS_OK;
 }
@@ -29491,12 +29973,20 @@ SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *c
 
 static const springls__entry springls__update_contours[] = {
     SPRINGLS__DO(springls__read_springls)
-    SPRINGLS__IF(springls__surface_is_stale)
-        SPRINGLS__CALL(springls__surface_table)
+    SPRINGLS__DO(springls__find_moved_bricks)
+    SPRINGLS__DO(springls__find_region)
+    SPRINGLS__REPEAT_WHILE(springls__contour_is_open)
+        SPRINGLS__IF(springls__wants_whole_table)
+            SPRINGLS__CALL(springls__surface_table)
+        SPRINGLS__END
+        SPRINGLS__IF(springls__wants_region_table)
+            SPRINGLS__CALL(springls__surface_kernels)
+        SPRINGLS__END
+        SPRINGLS__DO(springls__count_contour)
+        SPRINGLS__DO(springls__fill_contour)
+        SPRINGLS__DO(springls__fill_corners)
+        SPRINGLS__DO(springls__close_contour)
     SPRINGLS__END
-    SPRINGLS__DO(springls__count_contour)
-    SPRINGLS__DO(springls__fill_contour)
-    SPRINGLS__DO(springls__fill_corners)
     SPRINGLS__DO(springls__publish_contour)
     SPRINGLS__DO(springls__compare_contour)
     SPRINGLS__DO(springls__number_contour_chunks)
@@ -34500,7 +34990,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1205 \"springls.h\"\n",
+    "#line 1206 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -34614,7 +35104,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2613 \"springls.h\"\n",
+    "#line 2614 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -34730,7 +35220,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2730 \"springls.h\"\n",
+    "#line 2731 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -34752,7 +35242,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2753 \"springls.h\"\n",
+    "#line 2754 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34767,7 +35257,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2769 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -34891,7 +35381,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2893 \"springls.h\"\n",
+    "#line 2894 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -34961,7 +35451,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2964 \"springls.h\"\n",
+    "#line 2965 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -35181,7 +35671,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3185 \"springls.h\"\n",
+    "#line 3186 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35196,7 +35686,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3200 \"springls.h\"\n",
+    "#line 3201 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35320,14 +35810,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3324 \"springls.h\"\n",
+    "#line 3325 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3332 \"springls.h\"\n",
+    "#line 3333 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -35453,7 +35943,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3459 \"springls.h\"\n",
+    "#line 3460 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -35508,7 +35998,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3515 \"springls.h\"\n",
+    "#line 3516 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -35597,7 +36087,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3605 \"springls.h\"\n",
+    "#line 3606 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -35609,7 +36099,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3617 \"springls.h\"\n",
+    "#line 3618 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35624,7 +36114,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3633 \"springls.h\"\n",
+    "#line 3634 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -35668,7 +36158,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3677 \"springls.h\"\n",
+    "#line 3678 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35683,7 +36173,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3692 \"springls.h\"\n",
+    "#line 3693 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -35727,7 +36217,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3736 \"springls.h\"\n",
+    "#line 3737 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -35806,7 +36296,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3815 \"springls.h\"\n",
+    "#line 3816 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35821,7 +36311,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3831 \"springls.h\"\n",
+    "#line 3832 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -35888,7 +36378,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3898 \"springls.h\"\n",
+    "#line 3899 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35903,7 +36393,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3913 \"springls.h\"\n",
+    "#line 3914 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -35970,7 +36460,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3981 \"springls.h\"\n",
+    "#line 3982 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -36356,7 +36846,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4368 \"springls.h\"\n",
+    "#line 4369 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -37065,7 +37555,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5078 \"springls.h\"\n",
+    "#line 5079 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -37325,7 +37815,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5339 \"springls.h\"\n",
+    "#line 5340 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -37527,7 +38017,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5542 \"springls.h\"\n",
+    "#line 5543 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -37644,7 +38134,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5660 \"springls.h\"\n",
+    "#line 5661 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -37841,7 +38331,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5857 \"springls.h\"\n",
+    "#line 5858 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37856,7 +38346,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5873 \"springls.h\"\n",
+    "#line 5874 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38050,7 +38540,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6067 \"springls.h\"\n",
+    "#line 6068 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38065,7 +38555,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6082 \"springls.h\"\n",
+    "#line 6083 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38259,7 +38749,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6888 \"springls.h\"\n",
+    "#line 6889 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -38659,7 +39149,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7289 \"springls.h\"\n",
+    "#line 7290 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -38685,7 +39175,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7316 \"springls.h\"\n",
+    "#line 7317 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -38773,7 +39263,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7405 \"springls.h\"\n",
+    "#line 7406 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -38913,7 +39403,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7546 \"springls.h\"\n",
+    "#line 7547 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -39018,7 +39508,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7652 \"springls.h\"\n",
+    "#line 7653 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -39250,7 +39740,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7885 \"springls.h\"\n",
+    "#line 7886 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -39280,7 +39770,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7915 \"springls.h\"\n",
+    "#line 7916 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39295,7 +39785,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7931 \"springls.h\"\n",
+    "#line 7932 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39464,7 +39954,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8100 \"springls.h\"\n",
+    "#line 8101 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39479,7 +39969,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8115 \"springls.h\"\n",
+    "#line 8116 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -39648,7 +40138,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8284 \"springls.h\"\n",
+    "#line 8285 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -39702,7 +40192,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8339 \"springls.h\"\n",
+    "#line 8340 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -39728,7 +40218,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8365 \"springls.h\"\n",
+    "#line 8366 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39743,7 +40233,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8381 \"springls.h\"\n",
+    "#line 8382 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39826,7 +40316,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8464 \"springls.h\"\n",
+    "#line 8465 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39841,7 +40331,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8479 \"springls.h\"\n",
+    "#line 8480 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -39924,7 +40414,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8562 \"springls.h\"\n",
+    "#line 8563 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -39998,7 +40488,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8637 \"springls.h\"\n",
+    "#line 8638 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -40551,7 +41041,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9191 \"springls.h\"\n",
+    "#line 9192 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -40647,7 +41137,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9288 \"springls.h\"\n",
+    "#line 9289 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -40768,7 +41258,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9410 \"springls.h\"\n",
+    "#line 9411 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -41049,7 +41539,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9692 \"springls.h\"\n",
+    "#line 9693 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -41135,7 +41625,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9779 \"springls.h\"\n",
+    "#line 9780 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -41278,7 +41768,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9923 \"springls.h\"\n",
+    "#line 9924 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -41467,7 +41957,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10113 \"springls.h\"\n",
+    "#line 10114 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -41592,7 +42082,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10239 \"springls.h\"\n",
+    "#line 10240 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -41626,7 +42116,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10274 \"springls.h\"\n",
+    "#line 10275 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -42164,7 +42654,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10813 \"springls.h\"\n",
+    "#line 10814 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -42314,7 +42804,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10964 \"springls.h\"\n",
+    "#line 10965 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -42392,7 +42882,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11043 \"springls.h\"\n",
+    "#line 11044 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -42641,7 +43131,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11293 \"springls.h\"\n",
+    "#line 11294 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -42866,7 +43356,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11519 \"springls.h\"\n",
+    "#line 11520 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -42970,7 +43460,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11624 \"springls.h\"\n",
+    "#line 11625 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -43067,7 +43557,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11722 \"springls.h\"\n",
+    "#line 11723 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -43605,7 +44095,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12261 \"springls.h\"\n",
+    "#line 12262 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -43638,7 +44128,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12295 \"springls.h\"\n",
+    "#line 12296 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -43663,14 +44153,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12321 \"springls.h\"\n",
+    "#line 12322 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12328 \"springls.h\"\n",
+    "#line 12329 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43685,7 +44175,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12344 \"springls.h\"\n",
+    "#line 12345 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43811,7 +44301,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12470 \"springls.h\"\n",
+    "#line 12471 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -43826,7 +44316,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12485 \"springls.h\"\n",
+    "#line 12486 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -43952,7 +44442,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12612 \"springls.h\"\n",
+    "#line 12613 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -44244,7 +44734,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12905 \"springls.h\"\n",
+    "#line 12906 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -44379,7 +44869,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17613 \"springls.h\"\n",
+    "#line 17614 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -44559,12 +45049,15 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* Returns the cosine of half the angle of a crease, and a little more. */\n",
+    "SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }\n",
+    "\n",
     "/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite\n",
     "   ones, are within half the angle of a crease of one. */\n",
     "SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,\n",
     "                                           springls__v3 lower, springls__v3 upper)\n",
     "{\n",
-    "    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;\n",
+    "    const float r = SPRINGLS__TRIM_RADIUS, least = springls__least_uncreased_cosine();\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
     "                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
     "    const int first = springls__cell_walk_next(model, &walk);\n",
@@ -45443,7 +45936,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18678 \"springls.h\"\n",
+    "#line 18682 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46055,7 +46548,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19291 \"springls.h\"\n",
+    "#line 19295 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -46652,7 +47145,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 46656 \"springls.h\"\n",
+    "#line 47149 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

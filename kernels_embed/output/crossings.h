@@ -183,12 +183,15 @@ SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS
     return false;
 }
 
+/* Returns the cosine of half the angle of a crease, and a little more. */
+SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }
+
 /* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
    ones, are within half the angle of a crease of one. */
 SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
                                            springls__v3 lower, springls__v3 upper)
 {
-    const float r = SPRINGLS__TRIM_RADIUS, least = springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f;
+    const float r = SPRINGLS__TRIM_RADIUS, least = springls__least_uncreased_cosine();
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
                                                          springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
     const int first = springls__cell_walk_next(model, &walk);

@@ -21,6 +21,7 @@
 #include "chunk_material.h"
 #include "chunk_signature.h"
 #include "contour_chunks.h"
+#include "contour_region.h"
 
 /* What springls_chunks_begin and _continue have done so far. */
 typedef enum springls__chunks_state {
@@ -806,16 +807,45 @@ SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
     return springls__read_cell_list(ctx);
 }
 
-SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
+/* Begins a new contour, and finds what has changed since the last one, unless a table of all bricks is needed, or there is one. */
+SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
+    springls__contour_store *before = &contours->store[contours->now];
     SPRINGLS__TRY(springls__change_to_contours(ctx, c));
-    if (memcmp(contours->store[contours->now].window, ctx->window.offset, sizeof ctx->window.offset) != 0)
-        contours->store[contours->now].stale = true;
+    if (memcmp(before->window, ctx->window.offset, sizeof ctx->window.offset) != 0) before->stale = true;
     contours->ctx = ctx;
     contours->tolerance = c->desc.tolerance;
     contours->with_ids = c->desc.correspondences;
+    contours->open = true;
+    contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f || !springls__surface_is_stale(ctx)
+                   || ctx->particles_outside > 0 || ctx->model.cells.unbinned_count > 0;
+    if (contours->whole) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &contours->moved_memory, (size_t)before->bricks, sizeof *contours->moved, 0));
+    contours->moved = (uint32_t *)contours->moved_memory.data;
+    springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_region(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    return contours->whole ? SPRINGLS_OK : springls__collect_region(ctx, contours);
+}
+
+SPRINGLS__FN bool springls__contour_is_open(const springls_context *ctx) { return ctx->step.chunks->contours.open; }
+
+SPRINGLS__FN bool springls__wants_whole_table(const springls_context *ctx)
+{
+    return ctx->step.chunks->contours.whole && springls__surface_is_stale(ctx);
+}
+
+SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx) { return !ctx->step.chunks->contours.whole; }
+
+SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
     SPRINGLS__TRY(springls__reserve_contour_update(ctx, contours));
     springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__count_contour_work, contours);
     return SPRINGLS_OK;
@@ -823,14 +853,25 @@ SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__fill_contour(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__list_contour_bricks(ctx, &ctx->step.chunks->contours));
-    springls__loop_over_contour(ctx, springls__fill_contour_work);
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    SPRINGLS__TRY(springls__list_contour_bricks(ctx, contours));
+    springls__loop_over(ctx, ctx->surface_bricks, 16, 0, springls__fill_contour_work, contours);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__fill_corners(springls_context *ctx)
 {
     springls__loop_over_contour(ctx, springls__fill_corners_work);
+    return SPRINGLS_OK;
+}
+
+/* Ends the new contour, or widens its region. */
+SPRINGLS__FN springls_status springls__close_contour(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    contours->open = !contours->whole && !springls__region_fits(contours);
+    if (contours->open) return springls__widen_region(ctx, contours);
+    springls__loop_over_contour(ctx, springls__hash_contour_work);
     return SPRINGLS_OK;
 }
 
@@ -843,6 +884,7 @@ SPRINGLS__FN springls_status springls__publish_contour(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__compare_contour(springls_context *ctx)
 {
+    springls__mark_beside_changed(&ctx->step.chunks->contours);
     springls__loop_over_contour(ctx, springls__compare_contour_work);
     return SPRINGLS_OK;
 }
@@ -874,12 +916,20 @@ SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *c
 
 static const springls__entry springls__update_contours[] = {
     SPRINGLS__DO(springls__read_springls)
-    SPRINGLS__IF(springls__surface_is_stale)
-        SPRINGLS__CALL(springls__surface_table)
+    SPRINGLS__DO(springls__find_moved_bricks)
+    SPRINGLS__DO(springls__find_region)
+    SPRINGLS__REPEAT_WHILE(springls__contour_is_open)
+        SPRINGLS__IF(springls__wants_whole_table)
+            SPRINGLS__CALL(springls__surface_table)
+        SPRINGLS__END
+        SPRINGLS__IF(springls__wants_region_table)
+            SPRINGLS__CALL(springls__surface_kernels)
+        SPRINGLS__END
+        SPRINGLS__DO(springls__count_contour)
+        SPRINGLS__DO(springls__fill_contour)
+        SPRINGLS__DO(springls__fill_corners)
+        SPRINGLS__DO(springls__close_contour)
     SPRINGLS__END
-    SPRINGLS__DO(springls__count_contour)
-    SPRINGLS__DO(springls__fill_contour)
-    SPRINGLS__DO(springls__fill_corners)
     SPRINGLS__DO(springls__publish_contour)
     SPRINGLS__DO(springls__compare_contour)
     SPRINGLS__DO(springls__number_contour_chunks)

@@ -4,7 +4,8 @@
 
      the table  -->  bricks of the new contour, by place  -->  vertices: published or new  -->  chunks that differ
 
-   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made. */
+   All chunks are made from the published contour, so two neighbors share the bits of their common vertices, whenever either was made.
+   Most updates make a table of the region alone where something has changed (contour_region.h), and keep the other bricks. */
 #ifndef SPRINGLS__OUTPUT_CONTOUR_CHUNKS_H
 #define SPRINGLS__OUTPUT_CONTOUR_CHUNKS_H
 
@@ -26,12 +27,16 @@ typedef struct springls__contour_vertex {
 } springls__contour_vertex;
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
-   the grid; table: its number in the table; changed: whether a vertex of it is. */
+   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
+   one of the bricks around is, or it itself. eighth: what its eighths were made from (contour_region.h); creased: a bit for each of them
+   with creased springls. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
+    uint64_t eighth[8];
     int first_vertex, vertices, first_triangle, triangles, table;
-    bool dirty, changed;
+    uint8_t creased;
+    bool dirty, changed, beside_changed;
 } springls__contour_brick;
 
 /* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
@@ -54,11 +59,15 @@ typedef struct springls__contour_chunks {
     bool in_use;           /* the consumer's chunks are contours                                           */
     int *first_brick;      /* [chunk] of the new contour; brick_count of them belong to it                 */
     int *brick_count;
-    int *of_table;         /* [brick of the table] its vertices, then its brick of the new contour         */
+    int *of_table;         /* [brick of the table] its vertices, then its brick of the new contour or -1   */
     uint64_t *vertex_key;  /* [vertex of the mesh] its brick in the table << 32 | its key                  */
     uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
     int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
-    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory;
+    uint64_t *region;      /* keys of the places in the window of the region's bricks, ascending: springls__place_key */
+    uint32_t *moved;       /* [published brick] what has changed in its eighths: springls__moved_eighths   */
+    int region_bricks;
+    bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory, moved_memory;
 } springls__contour_chunks;
 
 SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
@@ -77,6 +86,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
     springls__buffer_free(ctx, &c->vertex_key_memory);
     springls__buffer_free(ctx, &c->order_memory);
     springls__buffer_free(ctx, &c->used_memory);
+    springls__buffer_free(ctx, &c->region_memory);
+    springls__buffer_free(ctx, &c->moved_memory);
 }
 
 /* ---- keys ---- */
@@ -145,19 +156,41 @@ SPRINGLS__FN int springls__find_contour_brick(const springls_context *ctx, const
     return -1;
 }
 
-/* Finds the bricks of the new contour around one of its bricks; -1: there is none. */
-SPRINGLS__FN void springls__contour_bricks_around(const springls__contour_chunks *c, int brick, int around[27])
+/* The bricks around a brick of a contour: found when they are asked for. */
+typedef struct springls__contour_around {
+    const springls_context *ctx;
+    const springls__contour_store *store;
+    int center[3], brick[27]; /* SPRINGLS__NOT_FOUND_YET, or as springls__find_contour_brick has found it */
+} springls__contour_around;
+
+#define SPRINGLS__NOT_FOUND_YET (-2)
+
+SPRINGLS__FN springls__contour_around springls__around_contour_brick(const springls_context *ctx, const springls__contour_store *store,
+                                                                     int brick)
 {
-    const springls__surface_brick *table = (const springls__surface_brick *)c->ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
-    const int *in_table = table[c->store[1 - c->now].brick[brick].table].around;
+    springls__contour_around around;
     int d;
-    for (d = 0; d < 27; d++) around[d] = in_table[d] < 0 ? -1 : c->of_table[in_table[d]];
+    around.ctx = ctx;
+    around.store = store;
+    memcpy(around.center, store->brick[brick].at.at, sizeof around.center);
+    for (d = 0; d < 27; d++) around.brick[d] = SPRINGLS__NOT_FOUND_YET;
+    around.brick[13] = brick;
+    return around;
 }
 
-/* Returns the vertex of a triangle's corner. around: of the triangle's brick. */
-SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store, const int around[27], uint32_t corner)
+SPRINGLS__FN int springls__contour_brick_around(springls__contour_around *around, int d)
 {
-    const springls__contour_brick *brick = store->brick + around[corner >> 27];
+    int at[3];
+    if (around->brick[d] != SPRINGLS__NOT_FOUND_YET) return around->brick[d];
+    springls__place_around(around->center, d, at);
+    return around->brick[d] = springls__find_contour_brick(around->ctx, around->store, at);
+}
+
+/* Returns the vertex of a triangle's corner. around: the triangle's brick. */
+SPRINGLS__FN int springls__vertex_of_corner(springls__contour_around *around, uint32_t corner)
+{
+    const springls__contour_store *store = around->store;
+    const springls__contour_brick *brick = store->brick + springls__contour_brick_around(around, (int)(corner >> 27));
     const uint32_t key = corner & ((1u << 27) - 1u);
     int first = brick->first_vertex, end = first + brick->vertices;
     while (end - first > 1) {
@@ -166,6 +199,29 @@ SPRINGLS__FN int springls__vertex_of_corner(const springls__contour_store *store
         else end = middle;
     }
     return first;
+}
+
+/* ---- the region ---- */
+
+/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
+SPRINGLS__FN uint64_t springls__place_key(const int place[3])
+{
+    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
+}
+
+/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
+SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+{
+    int first = 0, end = c->region_bricks, place[3], axis;
+    uint64_t key;
+    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
+    key = springls__place_key(place);
+    while (first < end) {
+        const int middle = first + (end - first) / 2;
+        if (c->region[middle] < key) first = middle + 1;
+        else end = middle;
+    }
+    return first < c->region_bricks && c->region[first] == key;
 }
 
 /* ---- from the table to a contour ---- */
@@ -192,7 +248,7 @@ SPRINGLS__FN springls__kept_table springls__kept_table_of(const springls_context
     return table;
 }
 
-/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: they are counted only. */
+/* Where the vertices of a brick of the table go. vertex, vertex_key: NULL: not written. */
 typedef struct springls__vertex_writer {
     const springls__kept_table *table;
     springls__contour_vertex *vertex;
@@ -213,8 +269,8 @@ SPRINGLS__FN void springls__write_contour_vertex(springls__vertex_writer *writer
         v->springl = writer->table->mesh.springls[i];
         v->key = key;
         v->changed = 1;
-        writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
     }
+    if (writer->vertex_key) writer->vertex_key[i] = (uint64_t)writer->brick << 32 | key;
     writer->count++;
 }
 
@@ -295,21 +351,21 @@ SPRINGLS__FN void springls__write_contour_ids(const springls__contour_chunks *c,
         vertex[i].id = !c->with_ids ? 0 : vertex[i].springl < 0 ? UINT32_MAX : c->ctx->model.set.id[vertex[i].springl];
 }
 
-/* Writes the vertices of bricks, and their keys. */
+/* Writes the vertices of bricks of the table that are in the new contour, and the keys of all. */
 SPRINGLS__FN void springls__fill_contour_work(void *arg, int begin, int end, float *memory)
 {
     springls__contour_chunks *c = (springls__contour_chunks *)arg;
     const springls__contour_update update = springls__contour_update_of(c);
     (void)memory;
     for (; begin < end; begin++) {
-        const springls__contour_brick *brick = update.after->brick + begin;
-        springls__write_contour_vertices(&update.table, brick->table, update.after->vertex + brick->first_vertex,
-                                         c->vertex_key);
-        springls__write_contour_ids(c, brick, update.after->vertex + brick->first_vertex);
+        const springls__contour_brick *brick = c->of_table[begin] < 0 ? NULL : update.after->brick + c->of_table[begin];
+        springls__contour_vertex *vertex = brick ? update.after->vertex + brick->first_vertex : NULL;
+        springls__write_contour_vertices(&update.table, begin, vertex, c->vertex_key);
+        if (brick) springls__write_contour_ids(c, brick, vertex);
     }
 }
 
-/* Writes the triangles of bricks. */
+/* Writes the triangles of bricks that are not kept. */
 SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, float *memory)
 {
     springls__contour_chunks *c = (springls__contour_chunks *)arg;
@@ -319,9 +375,10 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = update.after->brick + begin;
-        const springls__surface_brick *from = update.table.brick + brick->table;
+        const springls__surface_brick *from = update.table.brick + springls__imax(brick->table, 0);
         const int *corner = update.table.corners + 3 * (size_t)from->first_triangle;
         uint32_t *to = update.after->corner + 3 * (size_t)brick->first_triangle;
+        if (brick->table < 0) continue;
         for (k = 0, d = 13; k < 3 * from->triangles; k++) {
             const uint64_t v = key[update.table.rank[corner[k]] - 1];
             if (from->around[d] != (int)(v >> 32))
@@ -370,7 +427,6 @@ SPRINGLS__FN void springls__publish_contour_brick(const springls__contour_update
     springls__contour_vertex *vertex = update->after->vertex + now->first_vertex;
     const springls__contour_vertex *old = before ? update->before->vertex + before->first_vertex : NULL;
     int i, end, j = 0, old_end = 0;
-    now->changed = false;
     for (i = 0; i < now->vertices; i = end) {
         const uint32_t group = springls__group_of_key(vertex[i].key);
         end = springls__end_of_group(vertex, i, now->vertices, group);
@@ -396,7 +452,21 @@ SPRINGLS__FN void springls__publish_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+        if (now->table >= 0) springls__publish_contour_brick(&update, now, springls__brick_before(c->ctx, &update, now));
+    }
+}
+
+/* Marks the bricks around those with a changed vertex. */
+SPRINGLS__FN void springls__mark_beside_changed(const springls__contour_chunks *c)
+{
+    const springls__contour_store *store = &c->store[1 - c->now];
+    int i, d, other;
+    for (i = 0; i < store->bricks; i++) {
+        springls__contour_around around;
+        if (!store->brick[i].changed) continue;
+        around = springls__around_contour_brick(c->ctx, store, i);
+        for (d = 0; d < 27; d++)
+            if ((other = springls__contour_brick_around(&around, d)) >= 0) store->brick[other].beside_changed = true;
     }
 }
 
@@ -406,15 +476,24 @@ SPRINGLS__FN bool springls__has_changed_vertex(const springls__contour_chunks *c
     const springls__contour_store *store = &c->store[1 - c->now];
     const springls__contour_brick *of = store->brick + brick;
     const uint32_t *corner = store->corner + 3 * (size_t)of->first_triangle;
-    int around[27], d, k;
-    bool some = false;
-    if (of->triangles == 0) return false;
-    springls__contour_bricks_around(c, brick, around);
-    for (d = 0; d < 27; d++) some = some || (around[d] >= 0 && store->brick[around[d]].changed);
-    for (k = 0; some && k < 3 * of->triangles; k++)
-        if (store->brick[around[corner[k] >> 27]].changed && store->vertex[springls__vertex_of_corner(store, around, corner[k])].changed)
-            return true;
+    springls__contour_around around = springls__around_contour_brick(c->ctx, store, brick);
+    int k;
+    for (k = 0; of->beside_changed && k < 3 * of->triangles; k++)
+        if (store->brick[springls__contour_brick_around(&around, (int)(corner[k] >> 27))].changed
+            && store->vertex[springls__vertex_of_corner(&around, corner[k])].changed) return true;
     return false;
+}
+
+/* Returns whether a brick of the new contour has the triangles that are published. */
+SPRINGLS__FN bool springls__has_published_triangles(const springls_context *ctx, const springls__contour_update *update,
+                                                    const springls__contour_brick *now)
+{
+    const springls__contour_brick *before;
+    if (now->table < 0) return true;
+    before = springls__brick_before(ctx, update, now);
+    return before && before->triangles == now->triangles
+        && memcmp(update->before->corner + 3 * (size_t)before->first_triangle, update->after->corner + 3 * (size_t)now->first_triangle,
+                  3 * (size_t)now->triangles * sizeof *update->after->corner) == 0;
 }
 
 /* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
@@ -425,12 +504,7 @@ SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        const springls__contour_brick *before = springls__brick_before(c->ctx, &update, now);
-        if (!before || before->triangles != now->triangles
-            || memcmp(update.before->corner + 3 * (size_t)before->first_triangle, update.after->corner + 3 * (size_t)now->first_triangle,
-                      3 * (size_t)now->triangles * sizeof *update.after->corner) != 0
-            || springls__has_changed_vertex(c, begin))
-            now->dirty = true;
+        if (!springls__has_published_triangles(c->ctx, &update, now) || springls__has_changed_vertex(c, begin)) now->dirty = true;
     }
 }
 
@@ -457,36 +531,86 @@ SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Lists the bricks of the new contour: all those of the table. */
+/* Makes brick `brick` of the table one of the new contour, without contents. */
+SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_context *ctx, const springls__contour_chunks *c,
+                                                                const springls__surface_brick *table, int brick)
+{
+    springls__contour_brick made;
+    int axis;
+    memset(&made, 0, sizeof made);
+    for (axis = 0; axis < 3; axis++) made.at.at[axis] = (table[brick].origin[axis] + ctx->window.offset[axis]) / SPRINGLS__BRICK;
+    made.chunk = springls__chunk_of_place(ctx, made.at.at);
+    made.table = brick;
+    made.vertices = c->of_table[brick];
+    made.triangles = table[brick].triangles;
+    return made;
+}
+
+/* Puts the `fresh` bricks of the new contour, which lie behind room for `kept` ones, and those that are kept in order. */
+SPRINGLS__FN void springls__merge_contour_bricks(const springls__contour_chunks *c, int kept, int fresh)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    springls__contour_brick *to = c->store[1 - c->now].brick;
+    int i, j = kept, n;
+    for (i = n = 0; n < kept + fresh; n++) {
+        while (i < before->bricks && springls__is_in_region(c, before->window, &before->brick[i])) i++;
+        if (i < before->bricks && (j == kept + fresh || springls__compare_contour_bricks(&before->brick[i], &to[j]) < 0)) {
+            to[n] = before->brick[i];
+            to[n].table = ~i;
+            to[n].dirty = to[n].changed = to[n].beside_changed = false;
+            i++;
+        } else {
+            to[n] = to[j++];
+        }
+    }
+}
+
+/* Gives the bricks of the new contour their vertices and triangles; those that are kept have them then. */
+SPRINGLS__FN void springls__place_contour_bricks(springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    springls__contour_store *store = &c->store[1 - c->now];
+    int i;
+    store->vertices = store->triangles = 0;
+    for (i = 0; i < store->bricks; i++) {
+        springls__contour_brick *brick = &store->brick[i];
+        brick->first_vertex = store->vertices;
+        brick->first_triangle = store->triangles;
+        store->vertices += brick->vertices;
+        store->triangles += brick->triangles;
+        if (brick->table >= 0) {
+            c->of_table[brick->table] = i;
+            continue;
+        }
+        memcpy(store->vertex + brick->first_vertex, before->vertex + before->brick[~brick->table].first_vertex,
+               (size_t)brick->vertices * sizeof *store->vertex);
+        memcpy(store->corner + 3 * (size_t)brick->first_triangle, before->corner + 3 * (size_t)before->brick[~brick->table].first_triangle,
+               3 * (size_t)brick->triangles * sizeof *store->corner);
+    }
+}
+
+/* Lists the bricks of the new contour: those of the table but for a margin, and those that are kept. */
 SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx, springls__contour_chunks *c)
 {
     const springls__kept_table table = springls__kept_table_of(ctx);
+    const springls__contour_store *before = &c->store[c->now];
     springls__contour_store *store = &c->store[1 - c->now];
-    int i, axis;
-    store->bricks = ctx->surface_bricks;
-    store->vertices = ctx->surface_vertices;
-    store->triangles = ctx->surface_triangles;
+    const int fresh = c->whole ? ctx->surface_bricks : ctx->surface_region;
+    int i, kept = 0;
+    for (i = 0; i < before->bricks && !c->whole; i++) kept += !springls__is_in_region(c, before->window, &before->brick[i]);
+    store->bricks = fresh + kept;
+    store->vertices = ctx->surface_vertices + (c->whole ? 0 : before->vertices);
+    store->triangles = ctx->surface_triangles + (c->whole ? 0 : before->triangles);
     store->stale = false;
     memcpy(store->window, ctx->window.offset, sizeof store->window);
     SPRINGLS__TRY(springls__reserve_contour(ctx, store));
-    for (i = 0; i < store->bricks; i++) {
-        springls__contour_brick *brick = store->brick + i;
-        memset(brick, 0, sizeof *brick);
-        for (axis = 0; axis < 3; axis++) brick->at.at[axis] = (table.brick[i].origin[axis] + store->window[axis]) / SPRINGLS__BRICK;
-        brick->chunk = springls__chunk_of_place(ctx, brick->at.at);
-        brick->table = i;
-        brick->vertices = c->of_table[i];
-        brick->triangles = table.brick[i].triangles;
+    for (i = 0; i < ctx->surface_bricks; i++) {
+        if (i < fresh) store->brick[kept + i] = springls__contour_brick_of(ctx, c, table.brick, i);
+        c->of_table[i] = -1;
     }
-    qsort(store->brick, (size_t)store->bricks, sizeof *store->brick, springls__compare_contour_bricks);
-    store->vertices = store->triangles = 0;
-    for (i = 0; i < store->bricks; i++) {
-        store->brick[i].first_vertex = store->vertices;
-        store->brick[i].first_triangle = store->triangles;
-        store->vertices += store->brick[i].vertices;
-        store->triangles += store->brick[i].triangles;
-        c->of_table[store->brick[i].table] = i;
-    }
+    qsort(store->brick + kept, (size_t)fresh, sizeof *store->brick, springls__compare_contour_bricks);
+    if (!c->whole) springls__merge_contour_bricks(c, kept, fresh);
+    springls__place_contour_bricks(c);
     return SPRINGLS_OK;
 }
 
@@ -551,15 +675,13 @@ SPRINGLS__FN springls_status springls__reserve_contour_chunks(springls_context *
 SPRINGLS__FN void springls__number_chunk(springls__contour_chunks *c, int first, int bricks, springls_chunk *chunk)
 {
     const springls__contour_store *store = &c->store[1 - c->now];
-    int around[27], i, k, corners = 0, begin;
+    int i, k, corners = 0, begin;
     if (bricks == 0) return;
     begin = 3 * store->brick[first].first_triangle;
     for (i = first; i < first + bricks; i++) {
-        const springls__contour_brick *brick = store->brick + i;
-        if (brick->triangles == 0) continue;
-        springls__contour_bricks_around(c, i, around);
-        for (k = 0; k < 3 * brick->triangles; k++, corners++)
-            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(store, around, store->corner[begin + corners]) << 32
+        springls__contour_around around = springls__around_contour_brick(c->ctx, store, i);
+        for (k = 0; k < 3 * store->brick[i].triangles; k++, corners++)
+            c->order[begin + corners] = (uint64_t)(uint32_t)springls__vertex_of_corner(&around, store->corner[begin + corners]) << 32
                                       | (uint32_t)corners;
     }
     springls__sort_keys(c->order + begin, (size_t)corners);
@@ -571,11 +693,22 @@ SPRINGLS__FN void springls__number_chunk(springls__contour_chunks *c, int first,
     chunk->triangle_count = corners / 3;
 }
 
+/* Returns the springl that a published vertex shows, by its id: its number may be another one by now. -1: there is none. */
+SPRINGLS__FN int springls__springl_of_vertex(const springls__model *model, const springls__contour_vertex *v)
+{
+    springls__cell_walk walk;
+    int i = v->springl;
+    if (i < 0 || (i < model->set.count && model->set.id[i] == v->id)) return i;
+    walk = springls__cell_walk_near(model, v->x, SPRINGLS__LARGEST_HIT_RADIUS + 1.0f);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0 && model->set.id[i] != v->id) continue;
+    return i;
+}
+
 /* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
 SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
                                                    int vertex)
 {
-    int springl = v->springl;
+    int springl = springls__springl_of_vertex(&ctx->model, v);
     springls__v3 a = v->x;
     if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
     if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
