@@ -17673,7 +17673,7 @@ typedef struct springls__surface_brick {
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
-    int margin;                         /* 1 beside a region: no cells, and those faces only that cells of the region have */
+    int margin;                         /* SPRINGLS__MARGIN: beside a region, without cells; and where that lies       */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
@@ -17689,6 +17689,13 @@ typedef struct springls__contour {
     SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
     int first_corner, first_inner;                   /* numbers of those vertices                  */
 } springls__contour;
+
+/* Of a brick beside a region. SHARED: its lowest nodes along some axes are the highest ones of the region's cells. BEFORE, BEHIND: the
+   brick before or after it along an axis is of the region. */
+#define SPRINGLS__MARGIN 1
+#define SPRINGLS__MARGIN_SHARED 2
+#define SPRINGLS__MARGIN_BEFORE(axis) (4 << (axis))
+#define SPRINGLS__MARGIN_BEHIND(axis) (32 << (axis))
 
 /* ---- small helpers ---- */
 
@@ -17748,10 +17755,13 @@ SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surfac
     return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
 }
 
+/* Returns by how much the number of a direction to a brick around grows with a step along an axis. */
+SPRINGLS__INNER int springls__direction_step(int axis) { return axis == 0 ? 1 : axis == 1 ? 3 : 9; }
+
 /* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */
 SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
 {
-    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];
+    return brick->around[13 + way * springls__direction_step(axis)];
 }
 
 /* Returns the node (u, v) beside axis, at x along it. */
@@ -18032,6 +18042,18 @@ SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b,
     return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];
 }
 
+/* Returns whether a row is of use: each of a brick, but in a margin those only whose lowest nodes are shared. */
+SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+{
+    return !brick->margin || ((brick->margin & SPRINGLS__MARGIN_SHARED) && ((row & 7) == 0 || (row & 56) == 0));
+}
+
+/* The same of a row that leads into the region. */
+SPRINGLS__INNER bool springls__leads_into_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+{
+    return (brick->margin & SPRINGLS__MARGIN_BEFORE(row >> 6)) != 0;
+}
+
 /* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
 SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                               int axis)
@@ -18172,7 +18194,8 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
         }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
-        if (!some) continue;
+        if (!some || !(springls__is_shared_row(brick, row) || springls__leads_into_region(brick, row)
+                       || (brick->margin & SPRINGLS__MARGIN_BEHIND(row >> 6)))) continue;
         springls__gather_line(contour, brick, row, false, work);
         springls__weigh_runs(contour, brick, work);
         for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
@@ -18361,6 +18384,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
             line += 63;
             continue;
         }
+        if (!springls__is_shared_row(brick, line) && !springls__leads_into_region(brick, line)) continue;
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__vote_on_line(model, contour, brick, line, work);
@@ -18371,7 +18395,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
         brick->inside[node] = 0u;
         beside |= brick->beside_hits[node];
     }
-    if (brick->slot == SPRINGLS__OUTSIDE && beside == 0u) return;
+    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || brick->margin == SPRINGLS__MARGIN) return;
     for (node = 0; node < 512; node++) {
         float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
@@ -18637,7 +18661,8 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             uint32_t changes = springls__side_changes(contour, brick, axis, w);
             for (; changes; changes &= changes - 1u) {
                 springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);
-                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
+                if (springls__is_shared_row(brick, 64 * axis + at[p] + 8 * at[q]))
+                    brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;
             }
         }
     }
@@ -18646,7 +18671,7 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             line += 63;
             continue;
         }
-        for (k = -1; k < 2; k++)
+        for (k = -1; k < 2 && springls__is_shared_row(brick, line); k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__count_pairs(contour, brick, line);
                 break;
@@ -19189,12 +19214,11 @@ SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour,
 }
 
 /* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */
-SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)
+SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surface_brick *brick)
 {
     int axis, k, at[3];
     for (axis = 0; axis < 3; axis++) {
-        const int before = springls__brick_beside(brick, axis, -1);
-        const bool shared = before >= 0 && !contour->brick[before].margin;
+        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;
         for (k = 0; k < 512; k++) {
             springls__node_of_brick(k, at);
             if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
@@ -19206,7 +19230,7 @@ SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contou
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
+    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
     for (axis = 0; axis < 3 && some; axis++)
@@ -19227,7 +19251,7 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                 }
             }
     for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
-    if (brick->margin) springls__keep_shared_faces(contour, brick);
+    if (brick->margin) springls__keep_shared_faces(brick);
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
@@ -20092,6 +20116,21 @@ SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
     for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
 }
 
+/* Finds where the region lies beside a brick of the margin. */
+SPRINGLS__FN void springls__find_margin(const springls__surface_job *job, springls__surface_brick *brick)
+{
+    int d, axis;
+    for (d = 0; d < 27; d++) {
+        const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
+        if (brick->around[d] < 0 || brick->around[d] >= job->ctx->surface_region) continue;
+        if (to[0] <= 0 && to[1] <= 0 && to[2] <= 0) brick->margin |= SPRINGLS__MARGIN_SHARED;
+        for (axis = 0; axis < 3; axis++) {
+            if (d == 13 - springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEFORE(axis);
+            if (d == 13 + springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEHIND(axis);
+        }
+    }
+}
+
 /* Makes the bricks of the table, without contents. */
 SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
 {
@@ -20127,7 +20166,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
-        brick->margin = !all && i >= ctx->surface_region;
+        brick->margin = !all && i >= ctx->surface_region ? SPRINGLS__MARGIN : 0;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -20140,6 +20179,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
             if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
+    for (i = all ? job->bricks : ctx->surface_region; i < job->bricks; i++) springls__find_margin(job, job->contour.brick + i);
     return SPRINGLS_OK;
 }
 
@@ -44932,7 +44972,7 @@ static const char *const springls__kernel_lines[] = {
     "    int first_triangle, first_inner;    /* in the arrays of the contour */\n",
     "    int triangles, inner, links;\n",
     "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */\n",
-    "    int margin;                         /* 1 beside a region: no cells, and those faces only that cells of the region have */\n",
+    "    int margin;                         /* SPRINGLS__MARGIN: beside a region, without cells; and where that lies       */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
     "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
     "    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */\n",
@@ -44948,6 +44988,13 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */\n",
     "    int first_corner, first_inner;                   /* numbers of those vertices                  */\n",
     "} springls__contour;\n",
+    "\n",
+    "/* Of a brick beside a region. SHARED: its lowest nodes along some axes are the highest ones of the region's cells. BEFORE, BEHIND: the\n",
+    "   brick before or after it along an axis is of the region. */\n",
+    "#define SPRINGLS__MARGIN 1\n",
+    "#define SPRINGLS__MARGIN_SHARED 2\n",
+    "#define SPRINGLS__MARGIN_BEFORE(axis) (4 << (axis))\n",
+    "#define SPRINGLS__MARGIN_BEHIND(axis) (32 << (axis))\n",
     "\n",
     "/* ---- small helpers ---- */\n",
     "\n",
@@ -45007,10 +45054,13 @@ static const char *const springls__kernel_lines[] = {
     "    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];\n",
     "}\n",
     "\n",
+    "/* Returns by how much the number of a direction to a brick around grows with a step along an axis. */\n",
+    "SPRINGLS__INNER int springls__direction_step(int axis) { return axis == 0 ? 1 : axis == 1 ? 3 : 9; }\n",
+    "\n",
     "/* Returns the brick before (-1) or after (1) a brick along an axis; -1: the table has none. */\n",
     "SPRINGLS__INNER int springls__brick_beside(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)\n",
     "{\n",
-    "    return brick->around[13 + way * (axis == 0 ? 1 : axis == 1 ? 3 : 9)];\n",
+    "    return brick->around[13 + way * springls__direction_step(axis)];\n",
     "}\n",
     "\n",
     "/* Returns the node (u, v) beside axis, at x along it. */\n",
@@ -45291,6 +45341,18 @@ static const char *const springls__kernel_lines[] = {
     "    return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];\n",
     "}\n",
     "\n",
+    "/* Returns whether a row is of use: each of a brick, but in a margin those only whose lowest nodes are shared. */\n",
+    "SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)\n",
+    "{\n",
+    "    return !brick->margin || ((brick->margin & SPRINGLS__MARGIN_SHARED) && ((row & 7) == 0 || (row & 56) == 0));\n",
+    "}\n",
+    "\n",
+    "/* The same of a row that leads into the region. */\n",
+    "SPRINGLS__INNER bool springls__leads_into_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)\n",
+    "{\n",
+    "    return (brick->margin & SPRINGLS__MARGIN_BEFORE(row >> 6)) != 0;\n",
+    "}\n",
+    "\n",
     "/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */\n",
     "SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                              int axis)\n",
@@ -45431,7 +45493,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))\n",
     "            springls__mark_beside_hits(contour, brick, row);\n",
-    "        if (!some) continue;\n",
+    "        if (!some || !(springls__is_shared_row(brick, row) || springls__leads_into_region(brick, row)\n",
+    "                       || (brick->margin & SPRINGLS__MARGIN_BEHIND(row >> 6)))) continue;\n",
     "        springls__gather_line(contour, brick, row, false, work);\n",
     "        springls__weigh_runs(contour, brick, work);\n",
     "        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */\n",
@@ -45620,6 +45683,7 @@ static const char *const springls__kernel_lines[] = {
     "            line += 63;\n",
     "            continue;\n",
     "        }\n",
+    "        if (!springls__is_shared_row(brick, line) && !springls__leads_into_region(brick, line)) continue;\n",
     "        for (k = -1; k < 2; k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
     "                springls__vote_on_line(model, contour, brick, line, work);\n",
@@ -45630,7 +45694,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->inside[node] = 0u;\n",
     "        beside |= brick->beside_hits[node];\n",
     "    }\n",
-    "    if (brick->slot == SPRINGLS__OUTSIDE && beside == 0u) return;\n",
+    "    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || brick->margin == SPRINGLS__MARGIN) return;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        float value = springls__node_phi(g, brick, node);\n",
     "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
@@ -45896,7 +45960,8 @@ static const char *const springls__kernel_lines[] = {
     "            uint32_t changes = springls__side_changes(contour, brick, axis, w);\n",
     "            for (; changes; changes &= changes - 1u) {\n",
     "                springls__node_of_brick(32 * w + springls__lowest_bit(changes), at);\n",
-    "                brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;\n",
+    "                if (springls__is_shared_row(brick, 64 * axis + at[p] + 8 * at[q]))\n",
+    "                    brick->crossings[8 * (64 * axis + at[p] + 8 * at[q]) + at[axis]] = 1;\n",
     "            }\n",
     "        }\n",
     "    }\n",
@@ -45905,7 +45970,7 @@ static const char *const springls__kernel_lines[] = {
     "            line += 63;\n",
     "            continue;\n",
     "        }\n",
-    "        for (k = -1; k < 2; k++)\n",
+    "        for (k = -1; k < 2 && springls__is_shared_row(brick, line); k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
     "                springls__count_pairs(contour, brick, line);\n",
     "                break;\n",
@@ -45936,7 +46001,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18682 \"springls.h\"\n",
+    "#line 18707 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46447,12 +46512,11 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */\n",
-    "SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)\n",
+    "SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surface_brick *brick)\n",
     "{\n",
     "    int axis, k, at[3];\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
-    "        const int before = springls__brick_beside(brick, axis, -1);\n",
-    "        const bool shared = before >= 0 && !contour->brick[before].margin;\n",
+    "        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;\n",
     "        for (k = 0; k < 512; k++) {\n",
     "            springls__node_of_brick(k, at);\n",
     "            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;\n",
@@ -46464,7 +46528,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
+    "    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
     "    int axis, u, v, k, at[3];\n",
     "    for (k = 0; k < 1536; k++) work->ends[k] = 0;\n",
     "    for (axis = 0; axis < 3 && some; axis++)\n",
@@ -46485,7 +46549,7 @@ static const char *const springls__kernel_lines[] = {
     "                }\n",
     "            }\n",
     "    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;\n",
-    "    if (brick->margin) springls__keep_shared_faces(contour, brick);\n",
+    "    if (brick->margin) springls__keep_shared_faces(brick);\n",
     "}\n",
     "\n",
     "/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */\n",
@@ -46548,7 +46612,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19295 \"springls.h\"\n",
+    "#line 19319 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47145,7 +47209,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47149 \"springls.h\"\n",
+    "#line 47213 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -512,12 +512,11 @@ SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour,
 }
 
 /* Takes the arcs from the faces of a brick in a margin, but from its lowest ones beside a brick of the region. */
-SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick)
+SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surface_brick *brick)
 {
     int axis, k, at[3];
     for (axis = 0; axis < 3; axis++) {
-        const int before = springls__brick_beside(brick, axis, -1);
-        const bool shared = before >= 0 && !contour->brick[before].margin;
+        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;
         for (k = 0; k < 512; k++) {
             springls__node_of_brick(k, at);
             if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
@@ -529,7 +528,7 @@ SPRINGLS__MATHS void springls__keep_shared_faces(const springls__contour *contou
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
+    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
     for (axis = 0; axis < 3 && some; axis++)
@@ -550,7 +549,7 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                 }
             }
     for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
-    if (brick->margin) springls__keep_shared_faces(contour, brick);
+    if (brick->margin) springls__keep_shared_faces(brick);
 }
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */

@@ -212,6 +212,21 @@ SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
     for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
 }
 
+/* Finds where the region lies beside a brick of the margin. */
+SPRINGLS__FN void springls__find_margin(const springls__surface_job *job, springls__surface_brick *brick)
+{
+    int d, axis;
+    for (d = 0; d < 27; d++) {
+        const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
+        if (brick->around[d] < 0 || brick->around[d] >= job->ctx->surface_region) continue;
+        if (to[0] <= 0 && to[1] <= 0 && to[2] <= 0) brick->margin |= SPRINGLS__MARGIN_SHARED;
+        for (axis = 0; axis < 3; axis++) {
+            if (d == 13 - springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEFORE(axis);
+            if (d == 13 + springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEHIND(axis);
+        }
+    }
+}
+
 /* Makes the bricks of the table, without contents. */
 SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
 {
@@ -247,7 +262,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
-        brick->margin = !all && i >= ctx->surface_region;
+        brick->margin = !all && i >= ctx->surface_region ? SPRINGLS__MARGIN : 0;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -260,6 +275,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
             if (other >= 0) job->contour.brick[other].around[26 - d] = i;
         }
     }
+    for (i = all ? job->bricks : ctx->surface_region; i < job->bricks; i++) springls__find_margin(job, job->contour.brick + i);
     return SPRINGLS_OK;
 }
 
