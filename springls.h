@@ -20554,12 +20554,18 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
 
 /* ---- the order of the kernels ---- */
 
+/* Leaves a table of no bricks. */
+SPRINGLS__FN void springls__forget_surface(springls_context *ctx)
+{
+    ctx->surface_version = 0;
+    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+}
+
 /* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
     springls__surface_job *job;
-    ctx->surface_version = 0;
-    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+    springls__forget_surface(ctx);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
     job = springls__surface_job_of(ctx);
     memset(job, 0, sizeof *job);
@@ -28103,25 +28109,32 @@ typedef struct springls__contour_vertex {
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
-   one of the bricks around is, or it itself. eighth: what its eighths were made from (contour_region.h); creased: a bit for each of them
-   with creased springls. */
+   one of the bricks around is, or it itself. evidence: phi of its voxels (springls__evidence_of). */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
-    uint64_t eighth[8];
     int first_vertex, vertices, first_triangle, triangles, table;
-    uint8_t creased;
+    int8_t evidence[SPRINGLS__BRICK_VOXELS];
     bool dirty, changed, beside_changed;
 } springls__contour_brick;
+
+/* A springl that a published contour was made from. */
+typedef struct springls__seen_springl {
+    springls__v3 p, n;
+    uint32_t id, flags; /* springls__see_springl */
+} springls__seen_springl;
 
 /* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
 typedef struct springls__contour_store {
     springls__contour_brick *brick; /* by their chunks, then by their places */
     springls__contour_vertex *vertex;
     uint32_t *corner; /* 3 a triangle: springls__contour_corner */
-    int bricks, vertices, triangles, window[3];
+    springls__seen_springl *seen; /* [springls] */
+    int *seen_table;   /* [seen_size] numbers of springls by their ids: springls__find_seen */
+    size_t seen_size;
+    int bricks, vertices, triangles, springls, window[3];
     bool stale;
-    springls__buffer brick_memory, vertex_memory, corner_memory;
+    springls__buffer brick_memory, vertex_memory, corner_memory, seen_memory, seen_table_memory;
 } springls__contour_store;
 
 /* What the chunks of one consumer have of contours. The published one is store[now]; the other one is made by an update. */
@@ -28139,10 +28152,14 @@ typedef struct springls__contour_chunks {
     uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
     int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
     uint64_t *region;      /* keys of the places in the window of the region's bricks, ascending: springls__place_key */
-    uint32_t *moved;       /* [published brick] what has changed in its eighths: springls__moved_eighths   */
+    float *reach;          /* [springl] voxels: where it may change the published mesh, 0: it is as published */
+    int *seen_as;          /* [springl] its number among the published ones, -1: none                      */
+    uint8_t *is_left;      /* [published springl] 1: there still is one with its id                        */
+    uint8_t *moved_phi;    /* [published brick] a bit for each eighth where phi is not as published        */
     int region_bricks;
     bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
-    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory, moved_memory;
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory;
+    springls__buffer reach_memory, seen_as_memory, is_left_memory, moved_phi_memory;
 } springls__contour_chunks;
 
 SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
@@ -28150,6 +28167,8 @@ SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__
     springls__buffer_free(ctx, &store->brick_memory);
     springls__buffer_free(ctx, &store->vertex_memory);
     springls__buffer_free(ctx, &store->corner_memory);
+    springls__buffer_free(ctx, &store->seen_memory);
+    springls__buffer_free(ctx, &store->seen_table_memory);
 }
 
 SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls__contour_chunks *c)
@@ -28162,7 +28181,10 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
     springls__buffer_free(ctx, &c->order_memory);
     springls__buffer_free(ctx, &c->used_memory);
     springls__buffer_free(ctx, &c->region_memory);
-    springls__buffer_free(ctx, &c->moved_memory);
+    springls__buffer_free(ctx, &c->reach_memory);
+    springls__buffer_free(ctx, &c->seen_as_memory);
+    springls__buffer_free(ctx, &c->is_left_memory);
+    springls__buffer_free(ctx, &c->moved_phi_memory);
 }
 
 /* ---- keys ---- */
@@ -28284,19 +28306,24 @@ SPRINGLS__FN uint64_t springls__place_key(const int place[3])
     return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
 }
 
-/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
-SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+/* Returns whether the region has the brick whose key that is. */
+SPRINGLS__FN bool springls__region_has(const springls__contour_chunks *c, uint64_t key)
 {
-    int first = 0, end = c->region_bricks, place[3], axis;
-    uint64_t key;
-    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
-    key = springls__place_key(place);
+    int first = 0, end = c->region_bricks;
     while (first < end) {
         const int middle = first + (end - first) / 2;
         if (c->region[middle] < key) first = middle + 1;
         else end = middle;
     }
     return first < c->region_bricks && c->region[first] == key;
+}
+
+/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
+SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+{
+    int place[3], axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
+    return springls__region_has(c, springls__place_key(place));
 }
 
 /* ---- from the table to a contour ---- */
@@ -28812,73 +28839,110 @@ SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, cons
 
 /* ======== >>contour_region  (src/output/contour_region.h) ====================================================== */
 /* contour_region.h - where the mesh of what springls hold has to be made again for chunks: around what has changed since it was published.
-   For each eighth of a brick, 4^3 voxels, its springls and phi are summed up in a hash.
 
-     eighths that differ  -->  the bricks within 4 voxels, or 8 at creases  -->  their table  -->  closed with the bricks around?
-                                          ^                                                             |
-                                          `------------------- one more brick all around ---------- no -'
+     springls and voxels of phi that  -->  the bricks that  -->  their table  -->  closed with the bricks around?
+     are not as the published ones         they reach                ^                         |
+                                                                     `-- one brick more ------ no
 
-   A springl's hits lie within 2.5 voxels of it, those of the springls that it creases within 5.7. How far a line's sides may follow is
-   not bounded: so the new triangles are kept only where their border is the one of the triangles that they replace. */
+   What has changed by less than half the tolerance is as published: so a model that is only relaxed, far less than a voxel, costs nothing.
+   A springl's hits lie within 2 voxels of it (springls__disc_of), those of springls that it creases within 5.2. How far a line's sides may
+   follow is not bounded: so the new triangles are taken only where their border is that of the triangles which they replace. */
 
-#define SPRINGLS__LARGEST_REGION_SHARE 3 /* a region of more than this part of the bricks is no cheaper, with its margin, than the whole */
+#define SPRINGLS__REGION_REACH 3.5f        /* voxels, of a springl: where it may change the mesh                                  */
+#define SPRINGLS__CREASED_REGION_REACH 7.0f /* of one beside a crease                                                             */
+#define SPRINGLS__LARGEST_SLIDE 0.25f      /* voxels along its plane that a springl may move and be as published                  */
+#define SPRINGLS__LARGEST_REGION_SHARE 3   /* a region of more than this part of the bricks costs, with its margin, what all would */
 
-/* ---- what eighths of bricks are made from ---- */
+/* What a published springl was: flags of springls__seen_flags. */
+enum { SPRINGLS__SEEN_OVERLAPPED = 1, SPRINGLS__SEEN_AT_EDGE = 2, SPRINGLS__SEEN_CREASED = 4 };
 
-SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+/* ---- published springls ---- */
+
+SPRINGLS__FN size_t springls__seen_slot(const springls__contour_store *store, uint32_t id)
 {
-    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
-    return h ^ h >> 32;
+    size_t slot = springls__hash3(id, 0u, 0u) & (store->seen_size - 1);
+    while (store->seen_table[slot] >= 0 && store->seen[store->seen_table[slot]].id != id) slot = (slot + 1) & (store->seen_size - 1);
+    return slot;
 }
 
-/* Returns a hash of all that the table takes from springl i. */
-SPRINGLS__FN uint64_t springls__hash_springl(const springls__model *model, int i)
+/* Returns the number of a published springl by its id; -1: there is none. */
+SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id)
 {
-    const springls__springl s = model->set.s[i];
-    const uint32_t flags = (springls__is_overlapped(model, i) ? 1u : 0u) | (springls__at_edge(model, i) ? 2u : 0u);
-    uint64_t hash = springls__hash(SPRINGLS__HASH_BEGIN ^ flags, &s, sizeof s);
-    return springls__mixed((hash ^ model->set.id[i]) * 1099511628211u);
+    return store->springls == 0 ? -1 : store->seen_table[springls__seen_slot(store, id)];
 }
 
-/* Adds the springls of an active brick to the hashes of its eighths. */
-SPRINGLS__FN void springls__hash_springls(const springls__model *model, int slot, uint64_t eighth[8])
+/* Returns springl i as it is, but whether it is creased. */
+SPRINGLS__FN springls__seen_springl springls__see_springl(const springls__model *model, int i)
 {
-    const uint32_t *cell = springls__cells_of(&model->grid, slot);
-    int c;
-    uint32_t at;
-    for (c = 0; c < SPRINGLS__CELLS - 1; c++) /* cells of 2^3 voxels, x fastest */
-        for (at = cell[c]; at < cell[c + 1]; at++)
-            eighth[(c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2] += springls__hash_springl(model, (int)model->cells.ids[at]);
+    springls__seen_springl seen;
+    seen.p = model->set.s[i].p;
+    seen.n = springls__springl_normal(model->set.s[i]);
+    seen.id = model->set.id[i];
+    seen.flags = (springls__is_overlapped(model, i) ? (uint32_t)SPRINGLS__SEEN_OVERLAPPED : 0u)
+               | (springls__at_edge(model, i) ? (uint32_t)SPRINGLS__SEEN_AT_EDGE : 0u);
+    return seen;
 }
 
-/* Adds phi of an active brick to the hashes of its eighths: as far as it is evidence of a side (springls__phi_evidence). */
-SPRINGLS__FN void springls__hash_phi(const springls__grid *g, int slot, uint64_t eighth[8])
+/* Returns whether a springl is as published within a tolerance, voxels: its plane is, and it has not slid far along it. */
+SPRINGLS__FN bool springls__is_as_seen(const springls__seen_springl *now, const springls__seen_springl *before, float tolerance)
 {
-    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    int row, half, k;
-    for (row = 0; row < 64; row++) /* of eight voxels along x */
-        for (half = 0; half < 2; half++) {
-            uint64_t hash = (uint64_t)(row + 1);
-            for (k = 0; k < 4; k++) {
-                const float value = springls__clamp(phi[8 * row + 4 * half + k], -1.0f, 1.0f);
-                uint32_t bits;
-                memcpy(&bits, &value, sizeof bits);
-                hash = (hash ^ bits) * 1099511628211u;
-            }
-            eighth[half | (row >> 2 & 1) << 1 | (row >> 5) << 2] += springls__mixed(hash);
-        }
+    const springls__v3 d = springls__sub(now->p, before->p);
+    return now->flags == (before->flags & ~(uint32_t)SPRINGLS__SEEN_CREASED)
+        && springls__fabs(springls__dot(d, now->n)) <= tolerance && springls__fabs(springls__dot(d, before->n)) <= tolerance
+        && springls__length2(springls__sub(now->n, before->n)) <= tolerance * tolerance
+        && springls__length2(d) <= SPRINGLS__LARGEST_SLIDE * SPRINGLS__LARGEST_SLIDE;
 }
 
-/* Finds what the eighths of the brick at a place in the window are made from. */
-SPRINGLS__FN void springls__hash_eighths(const springls__model *model, const int place[3], uint64_t eighth[8])
+/* Returns whether some springls near a place face different ways, so that they may be creased. */
+SPRINGLS__FN bool springls__may_be_creased(const springls__model *model, springls__v3 p, springls__v3 n)
 {
-    const int slot = springls__slot_of_brick_place(&model->grid, place);
-    int k;
-    for (k = 0; k < 8; k++) eighth[k] = (uint64_t)(slot < SPRINGLS__FIRST_SLOT ? slot : SPRINGLS__FIRST_SLOT);
-    if (slot < SPRINGLS__FIRST_SLOT) return;
-    springls__hash_springls(model, slot, eighth);
-    springls__hash_phi(&model->grid, slot, eighth);
+    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(springls__springl_normal(model->set.s[i]), n)) < springls__least_uncreased_cosine()) return true;
+    return false;
 }
+
+/* Finds which springls are not as published: how far each of those reaches. */
+SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    const springls__contour_store *before = &c->store[c->now];
+    const springls__model *model = &c->ctx->model;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__seen_springl now = springls__see_springl(model, begin);
+        const int seen = springls__find_seen(before, now.id);
+        bool creased;
+        c->reach[begin] = 0.0f;
+        c->seen_as[begin] = seen;
+        if (seen >= 0) c->is_left[seen] = 1;
+        if (seen >= 0 && springls__is_as_seen(&now, &before->seen[seen], 0.5f * c->tolerance)) continue;
+        creased = (seen >= 0 && (before->seen[seen].flags & SPRINGLS__SEEN_CREASED)) || springls__may_be_creased(model, now.p, now.n);
+        c->reach[begin] = creased ? SPRINGLS__CREASED_REGION_REACH : SPRINGLS__REGION_REACH;
+    }
+}
+
+/* Makes room for what an update has of each springl, of each published one, and of each published brick. */
+SPRINGLS__FN springls_status springls__reserve_moved(springls_context *ctx, springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    const size_t count = (size_t)ctx->model.set.count + 1;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->reach_memory, count, sizeof *c->reach, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->seen_as_memory, count, sizeof *c->seen_as, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->is_left_memory, (size_t)before->springls + 1, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->moved_phi_memory, (size_t)before->bricks + 1, 1, 0));
+    c->reach = (float *)c->reach_memory.data;
+    c->seen_as = (int *)c->seen_as_memory.data;
+    c->is_left = (uint8_t *)c->is_left_memory.data;
+    c->moved_phi = (uint8_t *)c->moved_phi_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* ---- published phi ---- */
+
+/* Returns the evidence of phi as it is published: up to a voxel from the surface, in 127ths of one. */
+SPRINGLS__FN int springls__evidence_of(float phi) { return (int)(springls__clamp(phi, -1.0f, 1.0f) * 127.0f); }
 
 /* Finds the place in the window of a brick of a contour. */
 SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick, int place[3])
@@ -28887,175 +28951,143 @@ SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, 
     for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - ctx->window.offset[axis] / SPRINGLS__BRICK;
 }
 
-/* Returns, as bits, which eighths of an active brick have springls that the table has found to be creased. */
-SPRINGLS__FN uint8_t springls__creased_eighths(const springls_context *ctx, const int place[3])
+/* Returns phi of the voxels of a brick of a contour; beyond the domain it is outside. */
+SPRINGLS__FN const float *springls__phi_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
 {
-    const springls__model *model = &ctx->model;
-    const springls__surfel *surfel = (const springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
-    const int slot = springls__slot_of_brick_place(&model->grid, place);
-    const uint32_t *cell;
-    uint8_t creased = 0;
-    uint32_t at;
-    int c;
-    if (slot < SPRINGLS__FIRST_SLOT) return 0;
-    cell = springls__cells_of(&model->grid, slot);
-    for (c = 0; c < SPRINGLS__CELLS - 1; c++)
-        for (at = cell[c]; at < cell[c + 1]; at++)
-            if (surfel[model->cells.ids[at]].creased) creased |= (uint8_t)(1u << ((c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2));
-    return creased;
+    int place[3];
+    springls__place_of_contour_brick(ctx, brick, place);
+    return ctx->model.grid.phi + (size_t)springls__slot_of_brick_place(&ctx->model.grid, place) * SPRINGLS__BRICK_VOXELS;
 }
 
-/* Writes what the bricks of the new contour that are not kept were made from. */
-SPRINGLS__FN void springls__hash_contour_work(void *arg, int begin, int end, float *memory)
+/* Finds, as bits, in which eighths of published bricks phi is not as published. */
+SPRINGLS__FN void springls__find_moved_phi_work(void *arg, int begin, int end, float *memory)
 {
     const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
-    int place[3];
-    (void)memory;
-    for (; begin < end; begin++) {
-        springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
-        if (brick->table < 0) continue;
-        springls__place_of_contour_brick(c->ctx, brick, place);
-        springls__hash_eighths(&c->ctx->model, place, brick->eighth);
-        brick->creased = springls__creased_eighths(c->ctx, place);
-    }
-}
-
-/* ---- what has changed ---- */
-
-/* Returns whether springls in an eighth of a brick, or as near to it as they may crease those in it, face different ways. */
-SPRINGLS__FN bool springls__may_be_creased(const springls__model *model, const int place[3], int eighth)
-{
-    const float r = SPRINGLS__TRIM_RADIUS, width = 4.0f + 2.0f * r;
-    const springls__v3 lower = springls__v3_make((float)(8 * place[0] + 4 * (eighth & 1)) - r,
-                                                 (float)(8 * place[1] + 4 * (eighth >> 1 & 1)) - r,
-                                                 (float)(8 * place[2] + 4 * (eighth >> 2)) - r);
-    const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
-    springls__cell_walk walk = springls__cell_walk_begin(model, lower, upper);
-    const int first = springls__cell_walk_next(model, &walk);
-    springls__v3 n;
-    int i;
-    if (first < 0) return false;
-    n = springls__springl_normal(model->set.s[first]);
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__fabs(springls__dot(springls__springl_normal(model->set.s[i]), n)) < springls__least_uncreased_cosine()) return true;
-    return false;
-}
-
-/* Returns, as bits, which eighths of the brick at a place differ from those of a published brick, which may be NULL; 256 times that: which
-   of those may be, or have been, creased. */
-SPRINGLS__FN uint32_t springls__moved_eighths(const springls__model *model, const int place[3], const springls__contour_brick *before)
-{
-    uint64_t eighth[8];
-    uint32_t moved = 0;
-    int k;
-    springls__hash_eighths(model, place, eighth);
-    for (k = 0; k < 8; k++) {
-        if (before && eighth[k] == before->eighth[k]) continue;
-        moved |= 1u << k;
-        if (!before || (before->creased >> k & 1u) || springls__may_be_creased(model, place, k)) moved |= 256u << k;
-    }
-    return moved;
-}
-
-/* Finds what has changed in published bricks. */
-SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float *memory)
-{
-    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
-    int place[3];
+    const int most = springls__imax((int)(0.5f * c->tolerance * 127.0f), 1);
+    int row, k;
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = &c->store[c->now].brick[begin];
-        springls__place_of_contour_brick(c->ctx, brick, place);
-        c->moved[begin] = springls__moved_eighths(&c->ctx->model, place, brick);
-    }
-}
-
-/* Returns, as bits, the bricks around one that its eighths `moved` reach. */
-SPRINGLS__FN uint32_t springls__bricks_reached(uint32_t moved)
-{
-    uint32_t reached = 0;
-    int k, d;
-    for (k = 0; k < 8; k++)
-        for (d = 0; d < 27 && (moved >> k & 1u); d++) {
-            const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
-            bool reaches = true;
-            int axis;
-            for (axis = 0; axis < 3; axis++) /* the brick beside it on its own side, or the other one too */
-                reaches = reaches && (to[axis] == 0 || to[axis] == (k >> axis & 1 ? 1 : -1) || (moved >> (8 + k) & 1u));
-            if (reaches) reached |= 1u << d;
+        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
+        uint32_t moved = 0;
+        for (row = 0; row < 64; row++) {
+            uint32_t in_row = 0; /* a bit for each voxel along x */
+            for (k = 0; k < 8; k++) {
+                const int change = springls__evidence_of(phi[8 * row + k]) - brick->evidence[8 * row + k];
+                in_row |= (change > most || change < -most ? 1u : 0u) << k;
+            }
+            if (in_row) moved |= ((in_row & 15u ? 1u : 0u) | (in_row & 240u ? 2u : 0u)) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
         }
-    return reached;
+        c->moved_phi[begin] = (uint8_t)moved;
+    }
 }
 
 /* ---- the region ---- */
 
-/* Adds the bricks around a place that are in a mask to the region. */
-SPRINGLS__FN void springls__add_to_region(springls__contour_chunks *c, const int center[3], uint32_t mask)
+/* Makes room for `more` keys of the region. */
+SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, springls__contour_chunks *c, size_t more)
 {
-    int d, place[3];
-    for (d = 0; d < 27; d++) {
-        if (!(mask >> d & 1u)) continue;
-        springls__place_around(center, d, place);
-        c->region[c->region_bricks++] = springls__place_key(place);
-    }
-}
-
-/* Sorts the region's keys, each once. */
-SPRINGLS__FN void springls__sort_region(springls__contour_chunks *c)
-{
-    int i, n = 0;
-    springls__sort_keys(c->region, (size_t)c->region_bricks);
-    for (i = 0; i < c->region_bricks; i++)
-        if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
-    c->region_bricks = n;
-}
-
-/* Makes room for the region, keeping it. */
-SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, springls__contour_chunks *c, size_t most)
-{
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->region_memory, most + 1, sizeof *c->region, (size_t)c->region_bricks * sizeof *c->region));
+    const size_t bricks = (size_t)c->region_bricks;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->region_memory, bricks + more + 1, sizeof *c->region, bricks * sizeof *c->region));
     c->region = (uint64_t *)c->region_memory.data;
     return SPRINGLS_OK;
 }
 
-/* Gives the table the region: those of its bricks that the table of all would have. Where they are many, it is the whole. */
+/* Adds the bricks from `lower` to `upper` to the region. */
+SPRINGLS__FN void springls__add_box_to_region(springls__contour_chunks *c, const int lower[3], const int upper[3])
+{
+    int at[3];
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
+}
+
+/* Finds the bricks within reach of a place: at most 27 of them. */
+SPRINGLS__FN void springls__box_of_bricks_within(springls__v3 p, float reach, int lower[3], int upper[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        lower[axis] = (int)springls__floor((springls__along(p, axis) - reach) * 0.125f);
+        upper[axis] = (int)springls__floor((springls__along(p, axis) + reach) * 0.125f);
+    }
+}
+
+SPRINGLS__FN void springls__add_place_to_region(springls__contour_chunks *c, springls__v3 p, float reach)
+{
+    int lower[3], upper[3];
+    springls__box_of_bricks_within(p, reach, lower, upper);
+    springls__add_box_to_region(c, lower, upper);
+}
+
+/* Adds the bricks within four voxels of eighths of a brick. */
+SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, const int place[3], uint32_t eighths)
+{
+    int k, axis, lower[3], upper[3];
+    for (k = 0; k < 8; k++) {
+        if (!(eighths >> k & 1u)) continue;
+        for (axis = 0; axis < 3; axis++) {
+            lower[axis] = place[axis] - (k >> axis & 1 ? 0 : 1);
+            upper[axis] = place[axis] + (k >> axis & 1 ? 1 : 0);
+        }
+        springls__add_box_to_region(c, lower, upper);
+    }
+}
+
+/* Finds the place whose key that is. */
+SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+}
+
+/* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have. A region of many bricks is
+   the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    int *places, i, n = 0;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)c->region_bricks, sizeof(int)));
+    int *places, i, n = 0, place[3];
+    springls__sort_keys(c->region, (size_t)c->region_bricks);
+    for (i = 0; i < c->region_bricks; i++)
+        if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
+    c->region_bricks = n;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)n, sizeof(int)));
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
-    for (i = 0; i < c->region_bricks; i++) {
-        const uint64_t key = c->region[i];
-        int place[3], axis;
-        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+    for (i = n = 0; i < c->region_bricks; i++) {
+        springls__place_of_key(c->region[i], place);
         if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
     }
     ctx->surface_region = n;
+    if (n == 0) springls__forget_surface(ctx);
     c->whole = SPRINGLS__LARGEST_REGION_SHARE * n > c->store[c->now].bricks;
     return SPRINGLS_OK;
 }
 
-/* Collects the bricks that have to be made again: the region. Precondition: c->moved is known. */
+/* Collects the bricks that have to be made again: the region. Precondition: what has moved is known. */
 SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, springls__contour_chunks *c)
 {
     const springls__contour_store *before = &c->store[c->now];
-    const springls__grid *g = &ctx->model.grid;
-    size_t most = (size_t)g->active_count;
-    int i, place[3], at[3], axis;
-    for (i = 0; i < before->bricks; i++) most += c->moved[i] != 0;
+    const int count = ctx->model.set.count;
+    size_t most = 0;
+    int i, place[3];
     c->region_bricks = 0;
-    SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * most));
+    for (i = 0; i < count; i++) most += c->reach[i] > 0.0f ? 54 : 0;
+    for (i = 0; i < before->springls; i++) most += c->is_left[i] ? 0 : 27;
+    for (i = 0; i < before->bricks; i++) most += c->moved_phi[i] ? 64 : 0;
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, most));
+    for (i = 0; i < count; i++) {
+        if (c->reach[i] == 0.0f) continue;
+        springls__add_place_to_region(c, ctx->model.set.s[i].p, c->reach[i]);
+        if (c->seen_as[i] >= 0) springls__add_place_to_region(c, before->seen[c->seen_as[i]].p, c->reach[i]);
+    }
+    for (i = 0; i < before->springls; i++) {
+        const springls__seen_springl *seen = &before->seen[i];
+        if (!c->is_left[i])
+            springls__add_place_to_region(c, seen->p, seen->flags & SPRINGLS__SEEN_CREASED ? SPRINGLS__CREASED_REGION_REACH
+                                                                                            : SPRINGLS__REGION_REACH);
+    }
     for (i = 0; i < before->bricks; i++) {
-        if (c->moved[i] == 0) continue;
         springls__place_of_contour_brick(ctx, &before->brick[i], place);
-        springls__add_to_region(c, place, springls__bricks_reached(c->moved[i]));
+        springls__add_eighths_to_region(c, place, c->moved_phi[i]);
     }
-    for (i = 0; i < g->active_count; i++) { /* those that are new */
-        springls__brick_place(g, g->slot_brick[g->active[i]], place);
-        for (axis = 0; axis < 3; axis++) at[axis] = place[axis] + ctx->window.offset[axis] / SPRINGLS__BRICK;
-        if (springls__find_contour_brick(ctx, before, at) < 0) springls__add_to_region(c, place, (1u << 27) - 1u);
-    }
-    springls__sort_region(c);
     return springls__take_region(ctx, c);
 }
 
@@ -29063,22 +29095,29 @@ SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, spr
 SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, springls__contour_chunks *c)
 {
     const int bricks = c->region_bricks;
-    int i;
-    SPRINGLS__TRY(springls__reserve_region(ctx, c, 28 * (size_t)bricks));
+    int i, axis, place[3], lower[3], upper[3];
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * (size_t)bricks));
     for (i = 0; i < bricks; i++) {
-        const uint64_t key = c->region[i];
-        int place[3], axis;
-        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
-        springls__add_to_region(c, place, (1u << 27) - 1u);
+        springls__place_of_key(c->region[i], place);
+        for (axis = 0; axis < 3; axis++) {
+            lower[axis] = place[axis] - 1;
+            upper[axis] = place[axis] + 1;
+        }
+        springls__add_box_to_region(c, lower, upper);
     }
-    springls__sort_region(c);
     return springls__take_region(ctx, c);
 }
 
 /* ---- whether the new triangles fit ---- */
 
-/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: over triangles whose border
-   is the same such sums are the same. */
+SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+{
+    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
+    return h ^ h >> 32;
+}
+
+/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
+   border have the same sum. */
 SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
 {
     const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
@@ -29112,6 +29151,77 @@ SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
     for (i = 0; i < after->bricks; i++)
         if (after->brick[i].table >= 0) is += springls__border_of_brick(after, &after->brick[i]);
     return was == is;
+}
+
+/* ---- what is published then ---- */
+
+/* Returns whether all bricks within reach of a place are in the region. */
+SPRINGLS__FN bool springls__region_surrounds(const springls__contour_chunks *c, springls__v3 p)
+{
+    int lower[3], upper[3], at[3];
+    springls__box_of_bricks_within(p, SPRINGLS__REGION_REACH, lower, upper);
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++)
+                if (!springls__region_has(c, springls__place_key(at))) return false;
+    return true;
+}
+
+/* Writes the springls that the new contour was made from: those of before where it is kept, all around or in part. */
+SPRINGLS__FN void springls__see_springls_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    const springls__model *model = &c->ctx->model;
+    const springls__surfel *surfel = (const springls__surfel *)c->ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    springls__seen_springl *after = c->store[1 - c->now].seen;
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__seen_springl *seen = &after[begin];
+        if (!c->whole && c->seen_as[begin] >= 0 && c->reach[begin] == 0.0f && !springls__region_surrounds(c, model->set.s[begin].p)) {
+            *seen = c->store[c->now].seen[c->seen_as[begin]];
+            continue;
+        }
+        *seen = springls__see_springl(model, begin);
+        if (surfel[begin].creased) seen->flags |= (uint32_t)SPRINGLS__SEEN_CREASED;
+    }
+}
+
+/* Writes phi of the bricks that are not kept. */
+SPRINGLS__FN void springls__see_phi_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    int v;
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
+        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS && brick->table >= 0; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
+    }
+}
+
+/* Makes room for the springls that the new contour is made from, and for what an update has of each. */
+SPRINGLS__FN springls_status springls__reserve_seen(springls_context *ctx, springls__contour_chunks *c)
+{
+    springls__contour_store *store = &c->store[1 - c->now];
+    const int count = ctx->model.set.count;
+    store->springls = 0;
+    store->seen_size = springls__table_size((size_t)count);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->seen_memory, (size_t)count + 1, sizeof *store->seen, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->seen_table_memory, store->seen_size, sizeof(int), 0));
+    store->seen = (springls__seen_springl *)store->seen_memory.data;
+    store->seen_table = (int *)store->seen_table_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Lists the springls of the new contour by their ids. */
+SPRINGLS__FN void springls__list_seen(springls__contour_chunks *c)
+{
+    springls__contour_store *store = &c->store[1 - c->now];
+    const int count = c->ctx->model.set.count;
+    size_t slot;
+    for (slot = 0; slot < store->seen_size; slot++) store->seen_table[slot] = -1;
+    for (store->springls = 0; store->springls < count; store->springls++)
+        store->seen_table[springls__seen_slot(store, store->seen[store->springls].id)] = store->springls;
 }
 
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
@@ -29905,7 +30015,7 @@ SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
 }
 
 /* Begins a new contour, and finds what has changed since the last one, unless a table of all bricks is needed, or there is one. */
-SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_moved_springls(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
@@ -29919,9 +30029,17 @@ SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
     contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f || !springls__surface_is_stale(ctx)
                    || ctx->particles_outside > 0 || ctx->model.cells.unbinned_count > 0;
     if (contours->whole) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &contours->moved_memory, (size_t)before->bricks, sizeof *contours->moved, 0));
-    contours->moved = (uint32_t *)contours->moved_memory.data;
-    springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_work, contours);
+    SPRINGLS__TRY(springls__reserve_moved(ctx, contours));
+    memset(contours->is_left, 0, (size_t)before->springls);
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__find_moved_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_moved_phi(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    const springls__contour_store *before = &contours->store[contours->now];
+    if (!contours->whole) springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_phi_work, contours);
     return SPRINGLS_OK;
 }
 
@@ -29938,7 +30056,10 @@ SPRINGLS__FN bool springls__wants_whole_table(const springls_context *ctx)
     return ctx->step.chunks->contours.whole && springls__surface_is_stale(ctx);
 }
 
-SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx) { return !ctx->step.chunks->contours.whole; }
+SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx)
+{
+    return !ctx->step.chunks->contours.whole && ctx->surface_region > 0;
+}
 
 SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 {
@@ -29968,7 +30089,15 @@ SPRINGLS__FN springls_status springls__close_contour(springls_context *ctx)
     springls__contour_chunks *contours = &ctx->step.chunks->contours;
     contours->open = !contours->whole && !springls__region_fits(contours);
     if (contours->open) return springls__widen_region(ctx, contours);
-    springls__loop_over_contour(ctx, springls__hash_contour_work);
+    SPRINGLS__TRY(springls__reserve_seen(ctx, contours));
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__see_springls_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__see_phi(springls_context *ctx)
+{
+    springls__list_seen(&ctx->step.chunks->contours);
+    springls__loop_over_contour(ctx, springls__see_phi_work);
     return SPRINGLS_OK;
 }
 
@@ -30013,7 +30142,8 @@ SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *c
 
 static const springls__entry springls__update_contours[] = {
     SPRINGLS__DO(springls__read_springls)
-    SPRINGLS__DO(springls__find_moved_bricks)
+    SPRINGLS__DO(springls__find_moved_springls)
+    SPRINGLS__DO(springls__find_moved_phi)
     SPRINGLS__DO(springls__find_region)
     SPRINGLS__REPEAT_WHILE(springls__contour_is_open)
         SPRINGLS__IF(springls__wants_whole_table)
@@ -30027,6 +30157,7 @@ static const springls__entry springls__update_contours[] = {
         SPRINGLS__DO(springls__fill_corners)
         SPRINGLS__DO(springls__close_contour)
     SPRINGLS__END
+    SPRINGLS__DO(springls__see_phi)
     SPRINGLS__DO(springls__publish_contour)
     SPRINGLS__DO(springls__compare_contour)
     SPRINGLS__DO(springls__number_contour_chunks)
@@ -47209,7 +47340,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47213 \"springls.h\"\n",
+    "#line 47344 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -808,7 +808,7 @@ SPRINGLS__FN springls_status springls__read_springls(springls_context *ctx)
 }
 
 /* Begins a new contour, and finds what has changed since the last one, unless a table of all bricks is needed, or there is one. */
-SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_moved_springls(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     springls__contour_chunks *contours = &c->contours;
@@ -822,9 +822,17 @@ SPRINGLS__FN springls_status springls__find_moved_bricks(springls_context *ctx)
     contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f || !springls__surface_is_stale(ctx)
                    || ctx->particles_outside > 0 || ctx->model.cells.unbinned_count > 0;
     if (contours->whole) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &contours->moved_memory, (size_t)before->bricks, sizeof *contours->moved, 0));
-    contours->moved = (uint32_t *)contours->moved_memory.data;
-    springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_work, contours);
+    SPRINGLS__TRY(springls__reserve_moved(ctx, contours));
+    memset(contours->is_left, 0, (size_t)before->springls);
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__find_moved_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__find_moved_phi(springls_context *ctx)
+{
+    springls__contour_chunks *contours = &ctx->step.chunks->contours;
+    const springls__contour_store *before = &contours->store[contours->now];
+    if (!contours->whole) springls__loop_over(ctx, before->bricks, 16, 0, springls__find_moved_phi_work, contours);
     return SPRINGLS_OK;
 }
 
@@ -841,7 +849,10 @@ SPRINGLS__FN bool springls__wants_whole_table(const springls_context *ctx)
     return ctx->step.chunks->contours.whole && springls__surface_is_stale(ctx);
 }
 
-SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx) { return !ctx->step.chunks->contours.whole; }
+SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx)
+{
+    return !ctx->step.chunks->contours.whole && ctx->surface_region > 0;
+}
 
 SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)
 {
@@ -871,7 +882,15 @@ SPRINGLS__FN springls_status springls__close_contour(springls_context *ctx)
     springls__contour_chunks *contours = &ctx->step.chunks->contours;
     contours->open = !contours->whole && !springls__region_fits(contours);
     if (contours->open) return springls__widen_region(ctx, contours);
-    springls__loop_over_contour(ctx, springls__hash_contour_work);
+    SPRINGLS__TRY(springls__reserve_seen(ctx, contours));
+    springls__loop_over(ctx, ctx->model.set.count, 256, 0, springls__see_springls_work, contours);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__see_phi(springls_context *ctx)
+{
+    springls__list_seen(&ctx->step.chunks->contours);
+    springls__loop_over_contour(ctx, springls__see_phi_work);
     return SPRINGLS_OK;
 }
 
@@ -916,7 +935,8 @@ SPRINGLS__FN springls_status springls__contour_chunks_filled(springls_context *c
 
 static const springls__entry springls__update_contours[] = {
     SPRINGLS__DO(springls__read_springls)
-    SPRINGLS__DO(springls__find_moved_bricks)
+    SPRINGLS__DO(springls__find_moved_springls)
+    SPRINGLS__DO(springls__find_moved_phi)
     SPRINGLS__DO(springls__find_region)
     SPRINGLS__REPEAT_WHILE(springls__contour_is_open)
         SPRINGLS__IF(springls__wants_whole_table)
@@ -930,6 +950,7 @@ static const springls__entry springls__update_contours[] = {
         SPRINGLS__DO(springls__fill_corners)
         SPRINGLS__DO(springls__close_contour)
     SPRINGLS__END
+    SPRINGLS__DO(springls__see_phi)
     SPRINGLS__DO(springls__publish_contour)
     SPRINGLS__DO(springls__compare_contour)
     SPRINGLS__DO(springls__number_contour_chunks)

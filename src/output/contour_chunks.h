@@ -28,25 +28,32 @@ typedef struct springls__contour_vertex {
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
-   one of the bricks around is, or it itself. eighth: what its eighths were made from (contour_region.h); creased: a bit for each of them
-   with creased springls. */
+   one of the bricks around is, or it itself. evidence: phi of its voxels (springls__evidence_of). */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
-    uint64_t eighth[8];
     int first_vertex, vertices, first_triangle, triangles, table;
-    uint8_t creased;
+    int8_t evidence[SPRINGLS__BRICK_VOXELS];
     bool dirty, changed, beside_changed;
 } springls__contour_brick;
+
+/* A springl that a published contour was made from. */
+typedef struct springls__seen_springl {
+    springls__v3 p, n;
+    uint32_t id, flags; /* springls__see_springl */
+} springls__seen_springl;
 
 /* A published contour. stale: its vertices cannot be compared with those of another; whatever has triangles changes. */
 typedef struct springls__contour_store {
     springls__contour_brick *brick; /* by their chunks, then by their places */
     springls__contour_vertex *vertex;
     uint32_t *corner; /* 3 a triangle: springls__contour_corner */
-    int bricks, vertices, triangles, window[3];
+    springls__seen_springl *seen; /* [springls] */
+    int *seen_table;   /* [seen_size] numbers of springls by their ids: springls__find_seen */
+    size_t seen_size;
+    int bricks, vertices, triangles, springls, window[3];
     bool stale;
-    springls__buffer brick_memory, vertex_memory, corner_memory;
+    springls__buffer brick_memory, vertex_memory, corner_memory, seen_memory, seen_table_memory;
 } springls__contour_store;
 
 /* What the chunks of one consumer have of contours. The published one is store[now]; the other one is made by an update. */
@@ -64,10 +71,14 @@ typedef struct springls__contour_chunks {
     uint64_t *order;       /* [corner of the new contour] to sort by vertices                              */
     int *used, *number;    /* a chunk's vertices, in the new contour, and its corners, by their order there */
     uint64_t *region;      /* keys of the places in the window of the region's bricks, ascending: springls__place_key */
-    uint32_t *moved;       /* [published brick] what has changed in its eighths: springls__moved_eighths   */
+    float *reach;          /* [springl] voxels: where it may change the published mesh, 0: it is as published */
+    int *seen_as;          /* [springl] its number among the published ones, -1: none                      */
+    uint8_t *is_left;      /* [published springl] 1: there still is one with its id                        */
+    uint8_t *moved_phi;    /* [published brick] a bit for each eighth where phi is not as published        */
     int region_bricks;
     bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
-    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory, moved_memory;
+    springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory;
+    springls__buffer reach_memory, seen_as_memory, is_left_memory, moved_phi_memory;
 } springls__contour_chunks;
 
 SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__contour_store *store)
@@ -75,6 +86,8 @@ SPRINGLS__FN void springls__contour_store_free(springls_context *ctx, springls__
     springls__buffer_free(ctx, &store->brick_memory);
     springls__buffer_free(ctx, &store->vertex_memory);
     springls__buffer_free(ctx, &store->corner_memory);
+    springls__buffer_free(ctx, &store->seen_memory);
+    springls__buffer_free(ctx, &store->seen_table_memory);
 }
 
 SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls__contour_chunks *c)
@@ -87,7 +100,10 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
     springls__buffer_free(ctx, &c->order_memory);
     springls__buffer_free(ctx, &c->used_memory);
     springls__buffer_free(ctx, &c->region_memory);
-    springls__buffer_free(ctx, &c->moved_memory);
+    springls__buffer_free(ctx, &c->reach_memory);
+    springls__buffer_free(ctx, &c->seen_as_memory);
+    springls__buffer_free(ctx, &c->is_left_memory);
+    springls__buffer_free(ctx, &c->moved_phi_memory);
 }
 
 /* ---- keys ---- */
@@ -209,19 +225,24 @@ SPRINGLS__FN uint64_t springls__place_key(const int place[3])
     return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
 }
 
-/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
-SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+/* Returns whether the region has the brick whose key that is. */
+SPRINGLS__FN bool springls__region_has(const springls__contour_chunks *c, uint64_t key)
 {
-    int first = 0, end = c->region_bricks, place[3], axis;
-    uint64_t key;
-    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
-    key = springls__place_key(place);
+    int first = 0, end = c->region_bricks;
     while (first < end) {
         const int middle = first + (end - first) / 2;
         if (c->region[middle] < key) first = middle + 1;
         else end = middle;
     }
     return first < c->region_bricks && c->region[first] == key;
+}
+
+/* Returns whether a brick of a contour is in the region. window: of the contour, voxels. */
+SPRINGLS__FN bool springls__is_in_region(const springls__contour_chunks *c, const int window[3], const springls__contour_brick *brick)
+{
+    int place[3], axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - window[axis] / SPRINGLS__BRICK;
+    return springls__region_has(c, springls__place_key(place));
 }
 
 /* ---- from the table to a contour ---- */

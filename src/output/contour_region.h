@@ -1,75 +1,112 @@
 /* contour_region.h - where the mesh of what springls hold has to be made again for chunks: around what has changed since it was published.
-   For each eighth of a brick, 4^3 voxels, its springls and phi are summed up in a hash.
 
-     eighths that differ  -->  the bricks within 4 voxels, or 8 at creases  -->  their table  -->  closed with the bricks around?
-                                          ^                                                             |
-                                          `------------------- one more brick all around ---------- no -'
+     springls and voxels of phi that  -->  the bricks that  -->  their table  -->  closed with the bricks around?
+     are not as the published ones         they reach                ^                         |
+                                                                     `-- one brick more ------ no
 
-   A springl's hits lie within 2.5 voxels of it, those of the springls that it creases within 5.7. How far a line's sides may follow is
-   not bounded: so the new triangles are kept only where their border is the one of the triangles that they replace. */
+   What has changed by less than half the tolerance is as published: so a model that is only relaxed, far less than a voxel, costs nothing.
+   A springl's hits lie within 2 voxels of it (springls__disc_of), those of springls that it creases within 5.2. How far a line's sides may
+   follow is not bounded: so the new triangles are taken only where their border is that of the triangles which they replace. */
 #ifndef SPRINGLS__OUTPUT_CONTOUR_REGION_H
 #define SPRINGLS__OUTPUT_CONTOUR_REGION_H
 
 #include "contour_chunks.h"
 
-#define SPRINGLS__LARGEST_REGION_SHARE 3 /* a region of more than this part of the bricks is no cheaper, with its margin, than the whole */
+#define SPRINGLS__REGION_REACH 3.5f        /* voxels, of a springl: where it may change the mesh                                  */
+#define SPRINGLS__CREASED_REGION_REACH 7.0f /* of one beside a crease                                                             */
+#define SPRINGLS__LARGEST_SLIDE 0.25f      /* voxels along its plane that a springl may move and be as published                  */
+#define SPRINGLS__LARGEST_REGION_SHARE 3   /* a region of more than this part of the bricks costs, with its margin, what all would */
 
-/* ---- what eighths of bricks are made from ---- */
+/* What a published springl was: flags of springls__seen_flags. */
+enum { SPRINGLS__SEEN_OVERLAPPED = 1, SPRINGLS__SEEN_AT_EDGE = 2, SPRINGLS__SEEN_CREASED = 4 };
 
-SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+/* ---- published springls ---- */
+
+SPRINGLS__FN size_t springls__seen_slot(const springls__contour_store *store, uint32_t id)
 {
-    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
-    return h ^ h >> 32;
+    size_t slot = springls__hash3(id, 0u, 0u) & (store->seen_size - 1);
+    while (store->seen_table[slot] >= 0 && store->seen[store->seen_table[slot]].id != id) slot = (slot + 1) & (store->seen_size - 1);
+    return slot;
 }
 
-/* Returns a hash of all that the table takes from springl i. */
-SPRINGLS__FN uint64_t springls__hash_springl(const springls__model *model, int i)
+/* Returns the number of a published springl by its id; -1: there is none. */
+SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id)
 {
-    const springls__springl s = model->set.s[i];
-    const uint32_t flags = (springls__is_overlapped(model, i) ? 1u : 0u) | (springls__at_edge(model, i) ? 2u : 0u);
-    uint64_t hash = springls__hash(SPRINGLS__HASH_BEGIN ^ flags, &s, sizeof s);
-    return springls__mixed((hash ^ model->set.id[i]) * 1099511628211u);
+    return store->springls == 0 ? -1 : store->seen_table[springls__seen_slot(store, id)];
 }
 
-/* Adds the springls of an active brick to the hashes of its eighths. */
-SPRINGLS__FN void springls__hash_springls(const springls__model *model, int slot, uint64_t eighth[8])
+/* Returns springl i as it is, but whether it is creased. */
+SPRINGLS__FN springls__seen_springl springls__see_springl(const springls__model *model, int i)
 {
-    const uint32_t *cell = springls__cells_of(&model->grid, slot);
-    int c;
-    uint32_t at;
-    for (c = 0; c < SPRINGLS__CELLS - 1; c++) /* cells of 2^3 voxels, x fastest */
-        for (at = cell[c]; at < cell[c + 1]; at++)
-            eighth[(c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2] += springls__hash_springl(model, (int)model->cells.ids[at]);
+    springls__seen_springl seen;
+    seen.p = model->set.s[i].p;
+    seen.n = springls__springl_normal(model->set.s[i]);
+    seen.id = model->set.id[i];
+    seen.flags = (springls__is_overlapped(model, i) ? (uint32_t)SPRINGLS__SEEN_OVERLAPPED : 0u)
+               | (springls__at_edge(model, i) ? (uint32_t)SPRINGLS__SEEN_AT_EDGE : 0u);
+    return seen;
 }
 
-/* Adds phi of an active brick to the hashes of its eighths: as far as it is evidence of a side (springls__phi_evidence). */
-SPRINGLS__FN void springls__hash_phi(const springls__grid *g, int slot, uint64_t eighth[8])
+/* Returns whether a springl is as published within a tolerance, voxels: its plane is, and it has not slid far along it. */
+SPRINGLS__FN bool springls__is_as_seen(const springls__seen_springl *now, const springls__seen_springl *before, float tolerance)
 {
-    const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    int row, half, k;
-    for (row = 0; row < 64; row++) /* of eight voxels along x */
-        for (half = 0; half < 2; half++) {
-            uint64_t hash = (uint64_t)(row + 1);
-            for (k = 0; k < 4; k++) {
-                const float value = springls__clamp(phi[8 * row + 4 * half + k], -1.0f, 1.0f);
-                uint32_t bits;
-                memcpy(&bits, &value, sizeof bits);
-                hash = (hash ^ bits) * 1099511628211u;
-            }
-            eighth[half | (row >> 2 & 1) << 1 | (row >> 5) << 2] += springls__mixed(hash);
-        }
+    const springls__v3 d = springls__sub(now->p, before->p);
+    return now->flags == (before->flags & ~(uint32_t)SPRINGLS__SEEN_CREASED)
+        && springls__fabs(springls__dot(d, now->n)) <= tolerance && springls__fabs(springls__dot(d, before->n)) <= tolerance
+        && springls__length2(springls__sub(now->n, before->n)) <= tolerance * tolerance
+        && springls__length2(d) <= SPRINGLS__LARGEST_SLIDE * SPRINGLS__LARGEST_SLIDE;
 }
 
-/* Finds what the eighths of the brick at a place in the window are made from. */
-SPRINGLS__FN void springls__hash_eighths(const springls__model *model, const int place[3], uint64_t eighth[8])
+/* Returns whether some springls near a place face different ways, so that they may be creased. */
+SPRINGLS__FN bool springls__may_be_creased(const springls__model *model, springls__v3 p, springls__v3 n)
 {
-    const int slot = springls__slot_of_brick_place(&model->grid, place);
-    int k;
-    for (k = 0; k < 8; k++) eighth[k] = (uint64_t)(slot < SPRINGLS__FIRST_SLOT ? slot : SPRINGLS__FIRST_SLOT);
-    if (slot < SPRINGLS__FIRST_SLOT) return;
-    springls__hash_springls(model, slot, eighth);
-    springls__hash_phi(&model->grid, slot, eighth);
+    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__fabs(springls__dot(springls__springl_normal(model->set.s[i]), n)) < springls__least_uncreased_cosine()) return true;
+    return false;
 }
+
+/* Finds which springls are not as published: how far each of those reaches. */
+SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    const springls__contour_store *before = &c->store[c->now];
+    const springls__model *model = &c->ctx->model;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__seen_springl now = springls__see_springl(model, begin);
+        const int seen = springls__find_seen(before, now.id);
+        bool creased;
+        c->reach[begin] = 0.0f;
+        c->seen_as[begin] = seen;
+        if (seen >= 0) c->is_left[seen] = 1;
+        if (seen >= 0 && springls__is_as_seen(&now, &before->seen[seen], 0.5f * c->tolerance)) continue;
+        creased = (seen >= 0 && (before->seen[seen].flags & SPRINGLS__SEEN_CREASED)) || springls__may_be_creased(model, now.p, now.n);
+        c->reach[begin] = creased ? SPRINGLS__CREASED_REGION_REACH : SPRINGLS__REGION_REACH;
+    }
+}
+
+/* Makes room for what an update has of each springl, of each published one, and of each published brick. */
+SPRINGLS__FN springls_status springls__reserve_moved(springls_context *ctx, springls__contour_chunks *c)
+{
+    const springls__contour_store *before = &c->store[c->now];
+    const size_t count = (size_t)ctx->model.set.count + 1;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->reach_memory, count, sizeof *c->reach, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->seen_as_memory, count, sizeof *c->seen_as, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->is_left_memory, (size_t)before->springls + 1, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->moved_phi_memory, (size_t)before->bricks + 1, 1, 0));
+    c->reach = (float *)c->reach_memory.data;
+    c->seen_as = (int *)c->seen_as_memory.data;
+    c->is_left = (uint8_t *)c->is_left_memory.data;
+    c->moved_phi = (uint8_t *)c->moved_phi_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* ---- published phi ---- */
+
+/* Returns the evidence of phi as it is published: up to a voxel from the surface, in 127ths of one. */
+SPRINGLS__FN int springls__evidence_of(float phi) { return (int)(springls__clamp(phi, -1.0f, 1.0f) * 127.0f); }
 
 /* Finds the place in the window of a brick of a contour. */
 SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick, int place[3])
@@ -78,175 +115,143 @@ SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, 
     for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - ctx->window.offset[axis] / SPRINGLS__BRICK;
 }
 
-/* Returns, as bits, which eighths of an active brick have springls that the table has found to be creased. */
-SPRINGLS__FN uint8_t springls__creased_eighths(const springls_context *ctx, const int place[3])
+/* Returns phi of the voxels of a brick of a contour; beyond the domain it is outside. */
+SPRINGLS__FN const float *springls__phi_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
 {
-    const springls__model *model = &ctx->model;
-    const springls__surfel *surfel = (const springls__surfel *)ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
-    const int slot = springls__slot_of_brick_place(&model->grid, place);
-    const uint32_t *cell;
-    uint8_t creased = 0;
-    uint32_t at;
-    int c;
-    if (slot < SPRINGLS__FIRST_SLOT) return 0;
-    cell = springls__cells_of(&model->grid, slot);
-    for (c = 0; c < SPRINGLS__CELLS - 1; c++)
-        for (at = cell[c]; at < cell[c + 1]; at++)
-            if (surfel[model->cells.ids[at]].creased) creased |= (uint8_t)(1u << ((c >> 1 & 1) | (c >> 3 & 1) << 1 | (c >> 5) << 2));
-    return creased;
+    int place[3];
+    springls__place_of_contour_brick(ctx, brick, place);
+    return ctx->model.grid.phi + (size_t)springls__slot_of_brick_place(&ctx->model.grid, place) * SPRINGLS__BRICK_VOXELS;
 }
 
-/* Writes what the bricks of the new contour that are not kept were made from. */
-SPRINGLS__FN void springls__hash_contour_work(void *arg, int begin, int end, float *memory)
+/* Finds, as bits, in which eighths of published bricks phi is not as published. */
+SPRINGLS__FN void springls__find_moved_phi_work(void *arg, int begin, int end, float *memory)
 {
     const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
-    int place[3];
-    (void)memory;
-    for (; begin < end; begin++) {
-        springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
-        if (brick->table < 0) continue;
-        springls__place_of_contour_brick(c->ctx, brick, place);
-        springls__hash_eighths(&c->ctx->model, place, brick->eighth);
-        brick->creased = springls__creased_eighths(c->ctx, place);
-    }
-}
-
-/* ---- what has changed ---- */
-
-/* Returns whether springls in an eighth of a brick, or as near to it as they may crease those in it, face different ways. */
-SPRINGLS__FN bool springls__may_be_creased(const springls__model *model, const int place[3], int eighth)
-{
-    const float r = SPRINGLS__TRIM_RADIUS, width = 4.0f + 2.0f * r;
-    const springls__v3 lower = springls__v3_make((float)(8 * place[0] + 4 * (eighth & 1)) - r,
-                                                 (float)(8 * place[1] + 4 * (eighth >> 1 & 1)) - r,
-                                                 (float)(8 * place[2] + 4 * (eighth >> 2)) - r);
-    const springls__v3 upper = springls__v3_make(lower.x + width, lower.y + width, lower.z + width);
-    springls__cell_walk walk = springls__cell_walk_begin(model, lower, upper);
-    const int first = springls__cell_walk_next(model, &walk);
-    springls__v3 n;
-    int i;
-    if (first < 0) return false;
-    n = springls__springl_normal(model->set.s[first]);
-    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
-        if (springls__fabs(springls__dot(springls__springl_normal(model->set.s[i]), n)) < springls__least_uncreased_cosine()) return true;
-    return false;
-}
-
-/* Returns, as bits, which eighths of the brick at a place differ from those of a published brick, which may be NULL; 256 times that: which
-   of those may be, or have been, creased. */
-SPRINGLS__FN uint32_t springls__moved_eighths(const springls__model *model, const int place[3], const springls__contour_brick *before)
-{
-    uint64_t eighth[8];
-    uint32_t moved = 0;
-    int k;
-    springls__hash_eighths(model, place, eighth);
-    for (k = 0; k < 8; k++) {
-        if (before && eighth[k] == before->eighth[k]) continue;
-        moved |= 1u << k;
-        if (!before || (before->creased >> k & 1u) || springls__may_be_creased(model, place, k)) moved |= 256u << k;
-    }
-    return moved;
-}
-
-/* Finds what has changed in published bricks. */
-SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float *memory)
-{
-    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
-    int place[3];
+    const int most = springls__imax((int)(0.5f * c->tolerance * 127.0f), 1);
+    int row, k;
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = &c->store[c->now].brick[begin];
-        springls__place_of_contour_brick(c->ctx, brick, place);
-        c->moved[begin] = springls__moved_eighths(&c->ctx->model, place, brick);
-    }
-}
-
-/* Returns, as bits, the bricks around one that its eighths `moved` reach. */
-SPRINGLS__FN uint32_t springls__bricks_reached(uint32_t moved)
-{
-    uint32_t reached = 0;
-    int k, d;
-    for (k = 0; k < 8; k++)
-        for (d = 0; d < 27 && (moved >> k & 1u); d++) {
-            const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
-            bool reaches = true;
-            int axis;
-            for (axis = 0; axis < 3; axis++) /* the brick beside it on its own side, or the other one too */
-                reaches = reaches && (to[axis] == 0 || to[axis] == (k >> axis & 1 ? 1 : -1) || (moved >> (8 + k) & 1u));
-            if (reaches) reached |= 1u << d;
+        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
+        uint32_t moved = 0;
+        for (row = 0; row < 64; row++) {
+            uint32_t in_row = 0; /* a bit for each voxel along x */
+            for (k = 0; k < 8; k++) {
+                const int change = springls__evidence_of(phi[8 * row + k]) - brick->evidence[8 * row + k];
+                in_row |= (change > most || change < -most ? 1u : 0u) << k;
+            }
+            if (in_row) moved |= ((in_row & 15u ? 1u : 0u) | (in_row & 240u ? 2u : 0u)) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
         }
-    return reached;
+        c->moved_phi[begin] = (uint8_t)moved;
+    }
 }
 
 /* ---- the region ---- */
 
-/* Adds the bricks around a place that are in a mask to the region. */
-SPRINGLS__FN void springls__add_to_region(springls__contour_chunks *c, const int center[3], uint32_t mask)
+/* Makes room for `more` keys of the region. */
+SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, springls__contour_chunks *c, size_t more)
 {
-    int d, place[3];
-    for (d = 0; d < 27; d++) {
-        if (!(mask >> d & 1u)) continue;
-        springls__place_around(center, d, place);
-        c->region[c->region_bricks++] = springls__place_key(place);
-    }
-}
-
-/* Sorts the region's keys, each once. */
-SPRINGLS__FN void springls__sort_region(springls__contour_chunks *c)
-{
-    int i, n = 0;
-    springls__sort_keys(c->region, (size_t)c->region_bricks);
-    for (i = 0; i < c->region_bricks; i++)
-        if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
-    c->region_bricks = n;
-}
-
-/* Makes room for the region, keeping it. */
-SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, springls__contour_chunks *c, size_t most)
-{
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->region_memory, most + 1, sizeof *c->region, (size_t)c->region_bricks * sizeof *c->region));
+    const size_t bricks = (size_t)c->region_bricks;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->region_memory, bricks + more + 1, sizeof *c->region, bricks * sizeof *c->region));
     c->region = (uint64_t *)c->region_memory.data;
     return SPRINGLS_OK;
 }
 
-/* Gives the table the region: those of its bricks that the table of all would have. Where they are many, it is the whole. */
+/* Adds the bricks from `lower` to `upper` to the region. */
+SPRINGLS__FN void springls__add_box_to_region(springls__contour_chunks *c, const int lower[3], const int upper[3])
+{
+    int at[3];
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
+}
+
+/* Finds the bricks within reach of a place: at most 27 of them. */
+SPRINGLS__FN void springls__box_of_bricks_within(springls__v3 p, float reach, int lower[3], int upper[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        lower[axis] = (int)springls__floor((springls__along(p, axis) - reach) * 0.125f);
+        upper[axis] = (int)springls__floor((springls__along(p, axis) + reach) * 0.125f);
+    }
+}
+
+SPRINGLS__FN void springls__add_place_to_region(springls__contour_chunks *c, springls__v3 p, float reach)
+{
+    int lower[3], upper[3];
+    springls__box_of_bricks_within(p, reach, lower, upper);
+    springls__add_box_to_region(c, lower, upper);
+}
+
+/* Adds the bricks within four voxels of eighths of a brick. */
+SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, const int place[3], uint32_t eighths)
+{
+    int k, axis, lower[3], upper[3];
+    for (k = 0; k < 8; k++) {
+        if (!(eighths >> k & 1u)) continue;
+        for (axis = 0; axis < 3; axis++) {
+            lower[axis] = place[axis] - (k >> axis & 1 ? 0 : 1);
+            upper[axis] = place[axis] + (k >> axis & 1 ? 1 : 0);
+        }
+        springls__add_box_to_region(c, lower, upper);
+    }
+}
+
+/* Finds the place whose key that is. */
+SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+}
+
+/* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have. A region of many bricks is
+   the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    int *places, i, n = 0;
-    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)c->region_bricks, sizeof(int)));
+    int *places, i, n = 0, place[3];
+    springls__sort_keys(c->region, (size_t)c->region_bricks);
+    for (i = 0; i < c->region_bricks; i++)
+        if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
+    c->region_bricks = n;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)n, sizeof(int)));
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
-    for (i = 0; i < c->region_bricks; i++) {
-        const uint64_t key = c->region[i];
-        int place[3], axis;
-        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+    for (i = n = 0; i < c->region_bricks; i++) {
+        springls__place_of_key(c->region[i], place);
         if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
     }
     ctx->surface_region = n;
+    if (n == 0) springls__forget_surface(ctx);
     c->whole = SPRINGLS__LARGEST_REGION_SHARE * n > c->store[c->now].bricks;
     return SPRINGLS_OK;
 }
 
-/* Collects the bricks that have to be made again: the region. Precondition: c->moved is known. */
+/* Collects the bricks that have to be made again: the region. Precondition: what has moved is known. */
 SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, springls__contour_chunks *c)
 {
     const springls__contour_store *before = &c->store[c->now];
-    const springls__grid *g = &ctx->model.grid;
-    size_t most = (size_t)g->active_count;
-    int i, place[3], at[3], axis;
-    for (i = 0; i < before->bricks; i++) most += c->moved[i] != 0;
+    const int count = ctx->model.set.count;
+    size_t most = 0;
+    int i, place[3];
     c->region_bricks = 0;
-    SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * most));
+    for (i = 0; i < count; i++) most += c->reach[i] > 0.0f ? 54 : 0;
+    for (i = 0; i < before->springls; i++) most += c->is_left[i] ? 0 : 27;
+    for (i = 0; i < before->bricks; i++) most += c->moved_phi[i] ? 64 : 0;
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, most));
+    for (i = 0; i < count; i++) {
+        if (c->reach[i] == 0.0f) continue;
+        springls__add_place_to_region(c, ctx->model.set.s[i].p, c->reach[i]);
+        if (c->seen_as[i] >= 0) springls__add_place_to_region(c, before->seen[c->seen_as[i]].p, c->reach[i]);
+    }
+    for (i = 0; i < before->springls; i++) {
+        const springls__seen_springl *seen = &before->seen[i];
+        if (!c->is_left[i])
+            springls__add_place_to_region(c, seen->p, seen->flags & SPRINGLS__SEEN_CREASED ? SPRINGLS__CREASED_REGION_REACH
+                                                                                            : SPRINGLS__REGION_REACH);
+    }
     for (i = 0; i < before->bricks; i++) {
-        if (c->moved[i] == 0) continue;
         springls__place_of_contour_brick(ctx, &before->brick[i], place);
-        springls__add_to_region(c, place, springls__bricks_reached(c->moved[i]));
+        springls__add_eighths_to_region(c, place, c->moved_phi[i]);
     }
-    for (i = 0; i < g->active_count; i++) { /* those that are new */
-        springls__brick_place(g, g->slot_brick[g->active[i]], place);
-        for (axis = 0; axis < 3; axis++) at[axis] = place[axis] + ctx->window.offset[axis] / SPRINGLS__BRICK;
-        if (springls__find_contour_brick(ctx, before, at) < 0) springls__add_to_region(c, place, (1u << 27) - 1u);
-    }
-    springls__sort_region(c);
     return springls__take_region(ctx, c);
 }
 
@@ -254,22 +259,29 @@ SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, spr
 SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, springls__contour_chunks *c)
 {
     const int bricks = c->region_bricks;
-    int i;
-    SPRINGLS__TRY(springls__reserve_region(ctx, c, 28 * (size_t)bricks));
+    int i, axis, place[3], lower[3], upper[3];
+    SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * (size_t)bricks));
     for (i = 0; i < bricks; i++) {
-        const uint64_t key = c->region[i];
-        int place[3], axis;
-        for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
-        springls__add_to_region(c, place, (1u << 27) - 1u);
+        springls__place_of_key(c->region[i], place);
+        for (axis = 0; axis < 3; axis++) {
+            lower[axis] = place[axis] - 1;
+            upper[axis] = place[axis] + 1;
+        }
+        springls__add_box_to_region(c, lower, upper);
     }
-    springls__sort_region(c);
     return springls__take_region(ctx, c);
 }
 
 /* ---- whether the new triangles fit ---- */
 
-/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: over triangles whose border
-   is the same such sums are the same. */
+SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+{
+    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
+    return h ^ h >> 32;
+}
+
+/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
+   border have the same sum. */
 SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
 {
     const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
@@ -303,6 +315,77 @@ SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
     for (i = 0; i < after->bricks; i++)
         if (after->brick[i].table >= 0) is += springls__border_of_brick(after, &after->brick[i]);
     return was == is;
+}
+
+/* ---- what is published then ---- */
+
+/* Returns whether all bricks within reach of a place are in the region. */
+SPRINGLS__FN bool springls__region_surrounds(const springls__contour_chunks *c, springls__v3 p)
+{
+    int lower[3], upper[3], at[3];
+    springls__box_of_bricks_within(p, SPRINGLS__REGION_REACH, lower, upper);
+    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
+        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
+            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++)
+                if (!springls__region_has(c, springls__place_key(at))) return false;
+    return true;
+}
+
+/* Writes the springls that the new contour was made from: those of before where it is kept, all around or in part. */
+SPRINGLS__FN void springls__see_springls_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    const springls__model *model = &c->ctx->model;
+    const springls__surfel *surfel = (const springls__surfel *)c->ctx->surface_memory[SPRINGLS__SURFACE_SURFEL].data;
+    springls__seen_springl *after = c->store[1 - c->now].seen;
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__seen_springl *seen = &after[begin];
+        if (!c->whole && c->seen_as[begin] >= 0 && c->reach[begin] == 0.0f && !springls__region_surrounds(c, model->set.s[begin].p)) {
+            *seen = c->store[c->now].seen[c->seen_as[begin]];
+            continue;
+        }
+        *seen = springls__see_springl(model, begin);
+        if (surfel[begin].creased) seen->flags |= (uint32_t)SPRINGLS__SEEN_CREASED;
+    }
+}
+
+/* Writes phi of the bricks that are not kept. */
+SPRINGLS__FN void springls__see_phi_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
+    int v;
+    (void)memory;
+    for (; begin < end; begin++) {
+        springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
+        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS && brick->table >= 0; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
+    }
+}
+
+/* Makes room for the springls that the new contour is made from, and for what an update has of each. */
+SPRINGLS__FN springls_status springls__reserve_seen(springls_context *ctx, springls__contour_chunks *c)
+{
+    springls__contour_store *store = &c->store[1 - c->now];
+    const int count = ctx->model.set.count;
+    store->springls = 0;
+    store->seen_size = springls__table_size((size_t)count);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->seen_memory, (size_t)count + 1, sizeof *store->seen, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &store->seen_table_memory, store->seen_size, sizeof(int), 0));
+    store->seen = (springls__seen_springl *)store->seen_memory.data;
+    store->seen_table = (int *)store->seen_table_memory.data;
+    return SPRINGLS_OK;
+}
+
+/* Lists the springls of the new contour by their ids. */
+SPRINGLS__FN void springls__list_seen(springls__contour_chunks *c)
+{
+    springls__contour_store *store = &c->store[1 - c->now];
+    const int count = c->ctx->model.set.count;
+    size_t slot;
+    for (slot = 0; slot < store->seen_size; slot++) store->seen_table[slot] = -1;
+    for (store->springls = 0; store->springls < count; store->springls++)
+        store->seen_table[springls__seen_slot(store, store->seen[store->springls].id)] = store->springls;
 }
 
 #endif

@@ -650,12 +650,18 @@ SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
 
 /* ---- the order of the kernels ---- */
 
+/* Leaves a table of no bricks. */
+SPRINGLS__FN void springls__forget_surface(springls_context *ctx)
+{
+    ctx->surface_version = 0;
+    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+}
+
 /* Begins the table: its bricks, and what is known of each springl. */
 SPRINGLS__FN springls_status springls__surface_begin(springls_context *ctx)
 {
     springls__surface_job *job;
-    ctx->surface_version = 0;
-    ctx->surface_bricks = ctx->surface_vertices = ctx->surface_triangles = 0;
+    springls__forget_surface(ctx);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_JOB, 1, sizeof *job));
     job = springls__surface_job_of(ctx);
     memset(job, 0, sizeof *job);
