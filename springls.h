@@ -17673,7 +17673,7 @@ typedef struct springls__surface_brick {
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
-    int margin;                         /* SPRINGLS__MARGIN: beside a region, without cells; and where that lies       */
+    uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
@@ -17689,13 +17689,6 @@ typedef struct springls__contour {
     SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
     int first_corner, first_inner;                   /* numbers of those vertices                  */
 } springls__contour;
-
-/* Of a brick beside a region. SHARED: its lowest nodes along some axes are the highest ones of the region's cells. BEFORE, BEHIND: the
-   brick before or after it along an axis is of the region. */
-#define SPRINGLS__MARGIN 1
-#define SPRINGLS__MARGIN_SHARED 2
-#define SPRINGLS__MARGIN_BEFORE(axis) (4 << (axis))
-#define SPRINGLS__MARGIN_BEHIND(axis) (32 << (axis))
 
 /* ---- small helpers ---- */
 
@@ -18042,16 +18035,22 @@ SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b,
     return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];
 }
 
-/* Returns whether a row is of use: each of a brick, but in a margin those only whose lowest nodes are shared. */
-SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+/* Returns whether the lowest nodes of a brick, along some axes, are those of cells of the region. */
+SPRINGLS__INNER bool springls__has_shared_nodes(SPRINGLS__GLOBAL const springls__surface_brick *brick)
 {
-    return !brick->margin || ((brick->margin & SPRINGLS__MARGIN_SHARED) && ((row & 7) == 0 || (row & 56) == 0));
+    return brick->margin == 0u || (brick->margin & 0x161bu) != 0u; /* the seven bricks before it, along all three axes or fewer */
 }
 
-/* The same of a row that leads into the region. */
-SPRINGLS__INNER bool springls__leads_into_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+/* Returns whether the brick before (-1) or after (1) one of a margin is of the region. */
+SPRINGLS__INNER bool springls__is_beside_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
 {
-    return (brick->margin & SPRINGLS__MARGIN_BEFORE(row >> 6)) != 0;
+    return (brick->margin >> (13 + way * springls__direction_step(axis)) & 1u) != 0u;
+}
+
+/* Returns whether cells of the region have edges of a row. */
+SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+{
+    return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));
 }
 
 /* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
@@ -18194,8 +18193,8 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
         }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
-        if (!some || !(springls__is_shared_row(brick, row) || springls__leads_into_region(brick, row)
-                       || (brick->margin & SPRINGLS__MARGIN_BEHIND(row >> 6)))) continue;
+        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)
+                       || springls__is_beside_region(brick, row >> 6, 1))) continue;
         springls__gather_line(contour, brick, row, false, work);
         springls__weigh_runs(contour, brick, work);
         for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
@@ -18384,7 +18383,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
             line += 63;
             continue;
         }
-        if (!springls__is_shared_row(brick, line) && !springls__leads_into_region(brick, line)) continue;
+        if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__vote_on_line(model, contour, brick, line, work);
@@ -18395,7 +18394,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
         brick->inside[node] = 0u;
         beside |= brick->beside_hits[node];
     }
-    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || brick->margin == SPRINGLS__MARGIN) return;
+    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || !springls__has_shared_nodes(brick)) return;
     for (node = 0; node < 512; node++) {
         float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
@@ -19218,10 +19217,9 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 {
     int axis, k, at[3];
     for (axis = 0; axis < 3; axis++) {
-        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;
         for (k = 0; k < 512; k++) {
             springls__node_of_brick(k, at);
-            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
+            if (at[axis] > 0 || !springls__is_beside_region(brick, axis, -1)) brick->arcs[512 * axis + k] = 0;
         }
     }
 }
@@ -19230,7 +19228,7 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
+    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
     for (axis = 0; axis < 3 && some; axis++)
@@ -20116,19 +20114,27 @@ SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
     for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
 }
 
-/* Finds where the region lies beside a brick of the margin. */
+/* Finds where the region lies around a brick of the margin. */
 SPRINGLS__FN void springls__find_margin(const springls__surface_job *job, springls__surface_brick *brick)
 {
-    int d, axis;
-    for (d = 0; d < 27; d++) {
-        const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
-        if (brick->around[d] < 0 || brick->around[d] >= job->ctx->surface_region) continue;
-        if (to[0] <= 0 && to[1] <= 0 && to[2] <= 0) brick->margin |= SPRINGLS__MARGIN_SHARED;
-        for (axis = 0; axis < 3; axis++) {
-            if (d == 13 - springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEFORE(axis);
-            if (d == 13 + springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEHIND(axis);
-        }
+    int d;
+    for (d = 0; d < 27; d++)
+        if (brick->around[d] >= 0 && brick->around[d] < job->ctx->surface_region) brick->margin |= 1u << d;
+}
+
+/* Returns whether the hits of a springl in a brick may be of use: in a margin those are that lie near the region. */
+SPRINGLS__FN bool springls__is_near_region(const springls__surface_brick *brick, springls__v3 p)
+{
+    static const uint32_t before[3] = { 0x1249249u, 0x1c0e07u, 0x1ffu }; /* the bricks around that lie before it along an axis */
+    const float reach = 5.0f; /* voxels: what a line takes from beyond its brick, and how far a springl's hits lie from it */
+    uint32_t region = brick->margin;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        const float at = springls__along(p, axis) - (float)brick->origin[axis];
+        if (at > reach) region &= ~before[axis];
+        if (at < 8.0f - reach) region &= ~(before[axis] << 2 * springls__direction_step(axis));
     }
+    return brick->margin == 0u || region != 0u;
 }
 
 /* Makes the bricks of the table, without contents. */
@@ -20166,7 +20172,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
-        brick->margin = !all && i >= ctx->surface_region ? SPRINGLS__MARGIN : 0;
+        brick->margin = 0u;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -20229,7 +20235,8 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
         springls__voxel_of_place(&model->grid, surfel->p, place);
         for (k = 0; k < 3; k++) place[k] >>= 3;
         surfel->home = *springls__surface_slot(job, place);
-        if (surfel->home >= job->bricks) surfel->home = -1;
+        if (surfel->home >= job->bricks || (surfel->home >= 0 && !springls__is_near_region(job->contour.brick + surfel->home, s.p)))
+            surfel->home = -1;
         surfel->creased = 0;
     }
 }
@@ -28490,6 +28497,40 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
     }
 }
 
+/* ---- the border of triangles ---- */
+
+SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+{
+    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
+    return h ^ h >> 32;
+}
+
+/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
+   border have the same sum. */
+SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
+{
+    const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
+    uint64_t sum = 0;
+    int t, k, at[3];
+    for (t = 0; t < brick->triangles; t++) {
+        uint64_t vertex[3];
+        for (k = 0; k < 3; k++) {
+            const uint32_t c = corner[3 * t + k];
+            springls__place_around(brick->at.at, (int)(c >> 27), at);
+            vertex[k] = springls__mixed((uint64_t)springls__hash3((uint32_t)at[0], (uint32_t)at[1], (uint32_t)at[2])
+                                        ^ (uint64_t)(c & ((1u << 27) - 1u)) * 0x9E3779B97F4A7C15u);
+        }
+        for (k = 0; k < 3; k++) {
+            const uint64_t from = vertex[k], to = vertex[k < 2 ? k + 1 : 0];
+            const uint64_t edge = springls__mixed((from < to ? from : to) * 0xBF58476D1CE4E5B9u ^ (from < to ? to : from));
+            sum += from < to ? edge : ~edge + 1u;
+        }
+    }
+    return sum;
+}
+
+/* ---- what is published ---- */
+
 /* Returns whether vertices of a new and a published contour are the same within the tolerance; phi that has moved by it has turned by up to
    twice as much. */
 SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
@@ -28586,16 +28627,38 @@ SPRINGLS__FN bool springls__has_changed_vertex(const springls__contour_chunks *c
     return false;
 }
 
-/* Returns whether a brick of the new contour has the triangles that are published. */
-SPRINGLS__FN bool springls__has_published_triangles(const springls_context *ctx, const springls__contour_update *update,
-                                                    const springls__contour_brick *now)
+/* Returns whether the vertices of a brick's published triangles are there, unchanged, in the new contour. */
+SPRINGLS__FN bool springls__has_vertices_of(const springls__contour_chunks *c, int brick, const uint32_t *corner, int corners)
 {
-    const springls__contour_brick *before;
+    const springls__contour_store *store = &c->store[1 - c->now];
+    springls__contour_around around = springls__around_contour_brick(c->ctx, store, brick);
+    int k;
+    for (k = 0; k < corners; k++) {
+        const int of = springls__contour_brick_around(&around, (int)(corner[k] >> 27));
+        const springls__contour_vertex *v;
+        if (of < 0 || store->brick[of].vertices == 0) return false;
+        v = &store->vertex[springls__vertex_of_corner(&around, corner[k])];
+        if (v->key != (corner[k] & ((1u << 27) - 1u)) || (store->brick[of].changed && v->changed)) return false;
+    }
+    return true;
+}
+
+/* Returns whether a brick of the new contour has the triangles that are published, or may keep them: where their vertices are the same, and
+   so is their border, they are as good. */
+SPRINGLS__FN bool springls__keeps_triangles(const springls__contour_chunks *c, const springls__contour_update *update, int brick)
+{
+    const springls__contour_brick *now = update->after->brick + brick, *before;
+    uint32_t *corner = update->after->corner + 3 * (size_t)now->first_triangle;
+    const uint32_t *published;
     if (now->table < 0) return true;
-    before = springls__brick_before(ctx, update, now);
-    return before && before->triangles == now->triangles
-        && memcmp(update->before->corner + 3 * (size_t)before->first_triangle, update->after->corner + 3 * (size_t)now->first_triangle,
-                  3 * (size_t)now->triangles * sizeof *update->after->corner) == 0;
+    before = springls__brick_before(c->ctx, update, now);
+    if (!before || before->triangles != now->triangles) return false;
+    published = update->before->corner + 3 * (size_t)before->first_triangle;
+    if (memcmp(published, corner, 3 * (size_t)now->triangles * sizeof *corner) == 0) return true;
+    if (springls__border_of_brick(update->before, before) != springls__border_of_brick(update->after, now)
+        || !springls__has_vertices_of(c, brick, published, 3 * now->triangles)) return false;
+    memcpy(corner, published, 3 * (size_t)now->triangles * sizeof *corner);
+    return true;
 }
 
 /* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
@@ -28606,7 +28669,7 @@ SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        if (!springls__has_published_triangles(c->ctx, &update, now) || springls__has_changed_vertex(c, begin)) now->dirty = true;
+        if (!springls__keeps_triangles(c, &update, begin) || springls__has_changed_vertex(c, begin)) now->dirty = true;
     }
 }
 
@@ -28848,8 +28911,8 @@ SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, cons
    A springl's hits lie within 2 voxels of it (springls__disc_of), those of springls that it creases within 5.2. How far a line's sides may
    follow is not bounded: so the new triangles are taken only where their border is that of the triangles which they replace. */
 
-#define SPRINGLS__REGION_REACH 3.5f        /* voxels, of a springl: where it may change the mesh                                  */
-#define SPRINGLS__CREASED_REGION_REACH 7.0f /* of one beside a crease                                                             */
+#define SPRINGLS__REGION_REACH 3.0f        /* voxels, of a springl: where it may change the mesh                                  */
+#define SPRINGLS__CREASED_REGION_REACH 6.2f /* of one beside a crease                                                             */
 #define SPRINGLS__LARGEST_SLIDE 0.25f      /* voxels along its plane that a springl may move and be as published                  */
 #define SPRINGLS__LARGEST_REGION_SHARE 3   /* a region of more than this part of the bricks costs, with its margin, what all would */
 
@@ -29109,36 +29172,6 @@ SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, sprin
 }
 
 /* ---- whether the new triangles fit ---- */
-
-SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
-{
-    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
-    return h ^ h >> 32;
-}
-
-/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
-   border have the same sum. */
-SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
-{
-    const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
-    uint64_t sum = 0;
-    int t, k, at[3];
-    for (t = 0; t < brick->triangles; t++) {
-        uint64_t vertex[3];
-        for (k = 0; k < 3; k++) {
-            const uint32_t c = corner[3 * t + k];
-            springls__place_around(brick->at.at, (int)(c >> 27), at);
-            vertex[k] = springls__mixed((uint64_t)springls__hash3((uint32_t)at[0], (uint32_t)at[1], (uint32_t)at[2])
-                                        ^ (uint64_t)(c & ((1u << 27) - 1u)) * 0x9E3779B97F4A7C15u);
-        }
-        for (k = 0; k < 3; k++) {
-            const uint64_t from = vertex[k], to = vertex[k < 2 ? k + 1 : 0];
-            const uint64_t edge = springls__mixed((from < to ? from : to) * 0xBF58476D1CE4E5B9u ^ (from < to ? to : from));
-            sum += from < to ? edge : ~edge + 1u;
-        }
-    }
-    return sum;
-}
 
 /* Returns whether the new triangles of the region have the border of those that they replace. */
 SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
@@ -45103,7 +45136,7 @@ static const char *const springls__kernel_lines[] = {
     "    int first_triangle, first_inner;    /* in the arrays of the contour */\n",
     "    int triangles, inner, links;\n",
     "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */\n",
-    "    int margin;                         /* SPRINGLS__MARGIN: beside a region, without cells; and where that lies       */\n",
+    "    uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
     "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
     "    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */\n",
@@ -45119,13 +45152,6 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */\n",
     "    int first_corner, first_inner;                   /* numbers of those vertices                  */\n",
     "} springls__contour;\n",
-    "\n",
-    "/* Of a brick beside a region. SHARED: its lowest nodes along some axes are the highest ones of the region's cells. BEFORE, BEHIND: the\n",
-    "   brick before or after it along an axis is of the region. */\n",
-    "#define SPRINGLS__MARGIN 1\n",
-    "#define SPRINGLS__MARGIN_SHARED 2\n",
-    "#define SPRINGLS__MARGIN_BEFORE(axis) (4 << (axis))\n",
-    "#define SPRINGLS__MARGIN_BEHIND(axis) (32 << (axis))\n",
     "\n",
     "/* ---- small helpers ---- */\n",
     "\n",
@@ -45472,16 +45498,22 @@ static const char *const springls__kernel_lines[] = {
     "    return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];\n",
     "}\n",
     "\n",
-    "/* Returns whether a row is of use: each of a brick, but in a margin those only whose lowest nodes are shared. */\n",
-    "SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)\n",
+    "/* Returns whether the lowest nodes of a brick, along some axes, are those of cells of the region. */\n",
+    "SPRINGLS__INNER bool springls__has_shared_nodes(SPRINGLS__GLOBAL const springls__surface_brick *brick)\n",
     "{\n",
-    "    return !brick->margin || ((brick->margin & SPRINGLS__MARGIN_SHARED) && ((row & 7) == 0 || (row & 56) == 0));\n",
+    "    return brick->margin == 0u || (brick->margin & 0x161bu) != 0u; /* the seven bricks before it, along all three axes or fewer */\n",
     "}\n",
     "\n",
-    "/* The same of a row that leads into the region. */\n",
-    "SPRINGLS__INNER bool springls__leads_into_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)\n",
+    "/* Returns whether the brick before (-1) or after (1) one of a margin is of the region. */\n",
+    "SPRINGLS__INNER bool springls__is_beside_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)\n",
     "{\n",
-    "    return (brick->margin & SPRINGLS__MARGIN_BEFORE(row >> 6)) != 0;\n",
+    "    return (brick->margin >> (13 + way * springls__direction_step(axis)) & 1u) != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether cells of the region have edges of a row. */\n",
+    "SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)\n",
+    "{\n",
+    "    return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));\n",
     "}\n",
     "\n",
     "/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */\n",
@@ -45624,8 +45656,8 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))\n",
     "            springls__mark_beside_hits(contour, brick, row);\n",
-    "        if (!some || !(springls__is_shared_row(brick, row) || springls__leads_into_region(brick, row)\n",
-    "                       || (brick->margin & SPRINGLS__MARGIN_BEHIND(row >> 6)))) continue;\n",
+    "        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)\n",
+    "                       || springls__is_beside_region(brick, row >> 6, 1))) continue;\n",
     "        springls__gather_line(contour, brick, row, false, work);\n",
     "        springls__weigh_runs(contour, brick, work);\n",
     "        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */\n",
@@ -45814,7 +45846,7 @@ static const char *const springls__kernel_lines[] = {
     "            line += 63;\n",
     "            continue;\n",
     "        }\n",
-    "        if (!springls__is_shared_row(brick, line) && !springls__leads_into_region(brick, line)) continue;\n",
+    "        if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;\n",
     "        for (k = -1; k < 2; k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
     "                springls__vote_on_line(model, contour, brick, line, work);\n",
@@ -45825,7 +45857,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->inside[node] = 0u;\n",
     "        beside |= brick->beside_hits[node];\n",
     "    }\n",
-    "    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || brick->margin == SPRINGLS__MARGIN) return;\n",
+    "    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || !springls__has_shared_nodes(brick)) return;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        float value = springls__node_phi(g, brick, node);\n",
     "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
@@ -46132,7 +46164,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18707 \"springls.h\"\n",
+    "#line 18706 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46647,10 +46679,9 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    int axis, k, at[3];\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
-    "        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;\n",
     "        for (k = 0; k < 512; k++) {\n",
     "            springls__node_of_brick(k, at);\n",
-    "            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;\n",
+    "            if (at[axis] > 0 || !springls__is_beside_region(brick, axis, -1)) brick->arcs[512 * axis + k] = 0;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -46659,7 +46690,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
+    "    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
     "    int axis, u, v, k, at[3];\n",
     "    for (k = 0; k < 1536; k++) work->ends[k] = 0;\n",
     "    for (axis = 0; axis < 3 && some; axis++)\n",
@@ -46743,7 +46774,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19319 \"springls.h\"\n",
+    "#line 19317 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47340,7 +47371,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47344 \"springls.h\"\n",
+    "#line 47375 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -66,7 +66,7 @@ typedef struct springls__surface_brick {
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
-    int margin;                         /* SPRINGLS__MARGIN: beside a region, without cells; and where that lies       */
+    uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
@@ -82,13 +82,6 @@ typedef struct springls__contour {
     SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
     int first_corner, first_inner;                   /* numbers of those vertices                  */
 } springls__contour;
-
-/* Of a brick beside a region. SHARED: its lowest nodes along some axes are the highest ones of the region's cells. BEFORE, BEHIND: the
-   brick before or after it along an axis is of the region. */
-#define SPRINGLS__MARGIN 1
-#define SPRINGLS__MARGIN_SHARED 2
-#define SPRINGLS__MARGIN_BEFORE(axis) (4 << (axis))
-#define SPRINGLS__MARGIN_BEHIND(axis) (32 << (axis))
 
 /* ---- small helpers ---- */
 
@@ -435,16 +428,22 @@ SPRINGLS__INNER bool springls__has_some(const springls__contour *contour, int b,
     return b >= 0 && contour->brick[b].begin[of][first] != contour->brick[b].begin[of][end];
 }
 
-/* Returns whether a row is of use: each of a brick, but in a margin those only whose lowest nodes are shared. */
-SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+/* Returns whether the lowest nodes of a brick, along some axes, are those of cells of the region. */
+SPRINGLS__INNER bool springls__has_shared_nodes(SPRINGLS__GLOBAL const springls__surface_brick *brick)
 {
-    return !brick->margin || ((brick->margin & SPRINGLS__MARGIN_SHARED) && ((row & 7) == 0 || (row & 56) == 0));
+    return brick->margin == 0u || (brick->margin & 0x161bu) != 0u; /* the seven bricks before it, along all three axes or fewer */
 }
 
-/* The same of a row that leads into the region. */
-SPRINGLS__INNER bool springls__leads_into_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+/* Returns whether the brick before (-1) or after (1) one of a margin is of the region. */
+SPRINGLS__INNER bool springls__is_beside_region(SPRINGLS__GLOBAL const springls__surface_brick *brick, int axis, int way)
 {
-    return (brick->margin & SPRINGLS__MARGIN_BEFORE(row >> 6)) != 0;
+    return (brick->margin >> (13 + way * springls__direction_step(axis)) & 1u) != 0u;
+}
+
+/* Returns whether cells of the region have edges of a row. */
+SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__surface_brick *brick, int row)
+{
+    return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));
 }
 
 /* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
@@ -587,8 +586,8 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
         }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
-        if (!some || !(springls__is_shared_row(brick, row) || springls__leads_into_region(brick, row)
-                       || (brick->margin & SPRINGLS__MARGIN_BEHIND(row >> 6)))) continue;
+        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)
+                       || springls__is_beside_region(brick, row >> 6, 1))) continue;
         springls__gather_line(contour, brick, row, false, work);
         springls__weigh_runs(contour, brick, work);
         for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
@@ -777,7 +776,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
             line += 63;
             continue;
         }
-        if (!springls__is_shared_row(brick, line) && !springls__leads_into_region(brick, line)) continue;
+        if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
                 springls__vote_on_line(model, contour, brick, line, work);
@@ -788,7 +787,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
         brick->inside[node] = 0u;
         beside |= brick->beside_hits[node];
     }
-    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || brick->margin == SPRINGLS__MARGIN) return;
+    if ((brick->slot == SPRINGLS__OUTSIDE && beside == 0u) || !springls__has_shared_nodes(brick)) return;
     for (node = 0; node < 512; node++) {
         float value = springls__node_phi(g, brick, node);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);

@@ -516,10 +516,9 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 {
     int axis, k, at[3];
     for (axis = 0; axis < 3; axis++) {
-        const bool shared = (brick->margin & SPRINGLS__MARGIN_BEFORE(axis)) != 0;
         for (k = 0; k < 512; k++) {
             springls__node_of_brick(k, at);
-            if (!shared || at[axis] > 0) brick->arcs[512 * axis + k] = 0;
+            if (at[axis] > 0 || !springls__is_beside_region(brick, axis, -1)) brick->arcs[512 * axis + k] = 0;
         }
     }
 }
@@ -528,7 +527,7 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = brick->margin != SPRINGLS__MARGIN && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
+    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
     for (k = 0; k < 1536; k++) work->ends[k] = 0;
     for (axis = 0; axis < 3 && some; axis++)

@@ -409,6 +409,40 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
     }
 }
 
+/* ---- the border of triangles ---- */
+
+SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
+{
+    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
+    return h ^ h >> 32;
+}
+
+/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
+   border have the same sum. */
+SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
+{
+    const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
+    uint64_t sum = 0;
+    int t, k, at[3];
+    for (t = 0; t < brick->triangles; t++) {
+        uint64_t vertex[3];
+        for (k = 0; k < 3; k++) {
+            const uint32_t c = corner[3 * t + k];
+            springls__place_around(brick->at.at, (int)(c >> 27), at);
+            vertex[k] = springls__mixed((uint64_t)springls__hash3((uint32_t)at[0], (uint32_t)at[1], (uint32_t)at[2])
+                                        ^ (uint64_t)(c & ((1u << 27) - 1u)) * 0x9E3779B97F4A7C15u);
+        }
+        for (k = 0; k < 3; k++) {
+            const uint64_t from = vertex[k], to = vertex[k < 2 ? k + 1 : 0];
+            const uint64_t edge = springls__mixed((from < to ? from : to) * 0xBF58476D1CE4E5B9u ^ (from < to ? to : from));
+            sum += from < to ? edge : ~edge + 1u;
+        }
+    }
+    return sum;
+}
+
+/* ---- what is published ---- */
+
 /* Returns whether vertices of a new and a published contour are the same within the tolerance; phi that has moved by it has turned by up to
    twice as much. */
 SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
@@ -505,16 +539,38 @@ SPRINGLS__FN bool springls__has_changed_vertex(const springls__contour_chunks *c
     return false;
 }
 
-/* Returns whether a brick of the new contour has the triangles that are published. */
-SPRINGLS__FN bool springls__has_published_triangles(const springls_context *ctx, const springls__contour_update *update,
-                                                    const springls__contour_brick *now)
+/* Returns whether the vertices of a brick's published triangles are there, unchanged, in the new contour. */
+SPRINGLS__FN bool springls__has_vertices_of(const springls__contour_chunks *c, int brick, const uint32_t *corner, int corners)
 {
-    const springls__contour_brick *before;
+    const springls__contour_store *store = &c->store[1 - c->now];
+    springls__contour_around around = springls__around_contour_brick(c->ctx, store, brick);
+    int k;
+    for (k = 0; k < corners; k++) {
+        const int of = springls__contour_brick_around(&around, (int)(corner[k] >> 27));
+        const springls__contour_vertex *v;
+        if (of < 0 || store->brick[of].vertices == 0) return false;
+        v = &store->vertex[springls__vertex_of_corner(&around, corner[k])];
+        if (v->key != (corner[k] & ((1u << 27) - 1u)) || (store->brick[of].changed && v->changed)) return false;
+    }
+    return true;
+}
+
+/* Returns whether a brick of the new contour has the triangles that are published, or may keep them: where their vertices are the same, and
+   so is their border, they are as good. */
+SPRINGLS__FN bool springls__keeps_triangles(const springls__contour_chunks *c, const springls__contour_update *update, int brick)
+{
+    const springls__contour_brick *now = update->after->brick + brick, *before;
+    uint32_t *corner = update->after->corner + 3 * (size_t)now->first_triangle;
+    const uint32_t *published;
     if (now->table < 0) return true;
-    before = springls__brick_before(ctx, update, now);
-    return before && before->triangles == now->triangles
-        && memcmp(update->before->corner + 3 * (size_t)before->first_triangle, update->after->corner + 3 * (size_t)now->first_triangle,
-                  3 * (size_t)now->triangles * sizeof *update->after->corner) == 0;
+    before = springls__brick_before(c->ctx, update, now);
+    if (!before || before->triangles != now->triangles) return false;
+    published = update->before->corner + 3 * (size_t)before->first_triangle;
+    if (memcmp(published, corner, 3 * (size_t)now->triangles * sizeof *corner) == 0) return true;
+    if (springls__border_of_brick(update->before, before) != springls__border_of_brick(update->after, now)
+        || !springls__has_vertices_of(c, brick, published, 3 * now->triangles)) return false;
+    memcpy(corner, published, 3 * (size_t)now->triangles * sizeof *corner);
+    return true;
 }
 
 /* Finds which bricks have other triangles than those published, or triangles with vertices that have changed. */
@@ -525,7 +581,7 @@ SPRINGLS__FN void springls__compare_contour_work(void *arg, int begin, int end, 
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *now = update.after->brick + begin;
-        if (!springls__has_published_triangles(c->ctx, &update, now) || springls__has_changed_vertex(c, begin)) now->dirty = true;
+        if (!springls__keeps_triangles(c, &update, begin) || springls__has_changed_vertex(c, begin)) now->dirty = true;
     }
 }
 

@@ -12,8 +12,8 @@
 
 #include "contour_chunks.h"
 
-#define SPRINGLS__REGION_REACH 3.5f        /* voxels, of a springl: where it may change the mesh                                  */
-#define SPRINGLS__CREASED_REGION_REACH 7.0f /* of one beside a crease                                                             */
+#define SPRINGLS__REGION_REACH 3.0f        /* voxels, of a springl: where it may change the mesh                                  */
+#define SPRINGLS__CREASED_REGION_REACH 6.2f /* of one beside a crease                                                             */
 #define SPRINGLS__LARGEST_SLIDE 0.25f      /* voxels along its plane that a springl may move and be as published                  */
 #define SPRINGLS__LARGEST_REGION_SHARE 3   /* a region of more than this part of the bricks costs, with its margin, what all would */
 
@@ -273,36 +273,6 @@ SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, sprin
 }
 
 /* ---- whether the new triangles fit ---- */
-
-SPRINGLS__FN uint64_t springls__mixed(uint64_t h)
-{
-    h = (h ^ h >> 32) * 0xD6E8FEB86659FD93u;
-    return h ^ h >> 32;
-}
-
-/* Returns the sum over the directed edges of a brick's triangles of hashes that are opposite for opposite edges: triangles with the same
-   border have the same sum. */
-SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *store, const springls__contour_brick *brick)
-{
-    const uint32_t *corner = store->corner + 3 * (size_t)brick->first_triangle;
-    uint64_t sum = 0;
-    int t, k, at[3];
-    for (t = 0; t < brick->triangles; t++) {
-        uint64_t vertex[3];
-        for (k = 0; k < 3; k++) {
-            const uint32_t c = corner[3 * t + k];
-            springls__place_around(brick->at.at, (int)(c >> 27), at);
-            vertex[k] = springls__mixed((uint64_t)springls__hash3((uint32_t)at[0], (uint32_t)at[1], (uint32_t)at[2])
-                                        ^ (uint64_t)(c & ((1u << 27) - 1u)) * 0x9E3779B97F4A7C15u);
-        }
-        for (k = 0; k < 3; k++) {
-            const uint64_t from = vertex[k], to = vertex[k < 2 ? k + 1 : 0];
-            const uint64_t edge = springls__mixed((from < to ? from : to) * 0xBF58476D1CE4E5B9u ^ (from < to ? to : from));
-            sum += from < to ? edge : ~edge + 1u;
-        }
-    }
-    return sum;
-}
 
 /* Returns whether the new triangles of the region have the border of those that they replace. */
 SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)

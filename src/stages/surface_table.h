@@ -212,19 +212,27 @@ SPRINGLS__FN void springls__list_region_bricks(springls__surface_job *job)
     for (i = ctx->surface_region; i < job->bricks; i++) springls__add_surface_bricks_around(job, places + 3 * (size_t)i);
 }
 
-/* Finds where the region lies beside a brick of the margin. */
+/* Finds where the region lies around a brick of the margin. */
 SPRINGLS__FN void springls__find_margin(const springls__surface_job *job, springls__surface_brick *brick)
 {
-    int d, axis;
-    for (d = 0; d < 27; d++) {
-        const int to[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
-        if (brick->around[d] < 0 || brick->around[d] >= job->ctx->surface_region) continue;
-        if (to[0] <= 0 && to[1] <= 0 && to[2] <= 0) brick->margin |= SPRINGLS__MARGIN_SHARED;
-        for (axis = 0; axis < 3; axis++) {
-            if (d == 13 - springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEFORE(axis);
-            if (d == 13 + springls__direction_step(axis)) brick->margin |= SPRINGLS__MARGIN_BEHIND(axis);
-        }
+    int d;
+    for (d = 0; d < 27; d++)
+        if (brick->around[d] >= 0 && brick->around[d] < job->ctx->surface_region) brick->margin |= 1u << d;
+}
+
+/* Returns whether the hits of a springl in a brick may be of use: in a margin those are that lie near the region. */
+SPRINGLS__FN bool springls__is_near_region(const springls__surface_brick *brick, springls__v3 p)
+{
+    static const uint32_t before[3] = { 0x1249249u, 0x1c0e07u, 0x1ffu }; /* the bricks around that lie before it along an axis */
+    const float reach = 5.0f; /* voxels: what a line takes from beyond its brick, and how far a springl's hits lie from it */
+    uint32_t region = brick->margin;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        const float at = springls__along(p, axis) - (float)brick->origin[axis];
+        if (at > reach) region &= ~before[axis];
+        if (at < 8.0f - reach) region &= ~(before[axis] << 2 * springls__direction_step(axis));
     }
+    return brick->margin == 0u || region != 0u;
 }
 
 /* Makes the bricks of the table, without contents. */
@@ -262,7 +270,7 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
                        && springls__table_contains(g, brick->origin[0], brick->origin[1], brick->origin[2])
                         ? springls__slot_at(g, last[0], last[1], last[2]) : SPRINGLS__OUTSIDE;
         brick->ready = 0;
-        brick->margin = !all && i >= ctx->surface_region ? SPRINGLS__MARGIN : 0;
+        brick->margin = 0u;
         memset(brick->begin[SPRINGLS__OF_HITS], 0, sizeof brick->begin[SPRINGLS__OF_HITS]);
         memset(brick->beside_hits, 0, sizeof brick->beside_hits);
         memset(brick->plain, 0, sizeof brick->plain);
@@ -325,7 +333,8 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
         springls__voxel_of_place(&model->grid, surfel->p, place);
         for (k = 0; k < 3; k++) place[k] >>= 3;
         surfel->home = *springls__surface_slot(job, place);
-        if (surfel->home >= job->bricks) surfel->home = -1;
+        if (surfel->home >= job->bricks || (surfel->home >= 0 && !springls__is_near_region(job->contour.brick + surfel->home, s.p)))
+            surfel->home = -1;
         surfel->creased = 0;
     }
 }
