@@ -216,7 +216,7 @@ ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIA
                 $(UNIT_TESTS) $(JUDGED_TESTS)
 PLAIN_TESTS   = $(call chosen,$(filter-out $(LATER_TESTS),$(ALL_PLAIN)),$(ALL_PLAIN))
 # Under a sanitizer quick are the tests of stages, and of what is read from outside, saved and allocated.
-SANITIZED_TESTS = $(STAGE_TESTS) $(addprefix unit/test_,allocation bad_input chunks contouring lives not_finite query reading set_dirty_mesh set_mesh set_springls \
+SANITIZED_TESTS = $(STAGE_TESTS) $(addprefix unit/test_,allocation bad_input chunks chunk_regions contouring lives not_finite query reading set_dirty_mesh set_mesh set_springls \
                 snapshot) $(addprefix examples/test_,bad_files common gltf mend volume) $(FUZZ_TESTS)
 ifeq ($(VARIANT),asan)
   PLAIN_TESTS = $(call chosen,$(SANITIZED_TESTS),$(ALL_PLAIN))

@@ -202,6 +202,21 @@ static springls_status run_cuts(springls_context *ctx, springls_chunks *chunks, 
     return status;
 }
 
+/* Updates chunks of what springls hold, of a model whose other chunks are of the zero level. */
+static springls_status update_contours(springls_context *ctx, springls_chunks *contours)
+{
+    springls_params params = springls_get_params(ctx);
+    const springls_chunk *changed;
+    int count;
+    params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    springls_status status = springls_set_params(ctx, &params);
+    if (status == SPRINGLS_OK) {
+        status = springls_chunks_update(ctx, contours, &changed, &count);
+    }
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    return status == SPRINGLS_OK ? springls_set_params(ctx, &params) : status;
+}
+
 static int fail(springls_context *ctx)
 {
     fprintf(stderr, "frames: %s\n", springls_last_error(ctx));
@@ -210,7 +225,7 @@ static int fail(springls_context *ctx)
 
 int main(int argc, char **argv)
 {
-    static struct series frame, processor, step, chunk, share, rest, cut, cut_frame;
+    static struct series frame, processor, step, chunk, contour, share, rest, cut, cut_frame;
     const int grid = argc > 2 ? atoi(argv[1]) : 0, threads = argc > 2 ? atoi(argv[2]) : 0;
     const int frames = SETTLE + (argc > 3 ? atoi(argv[3]) : 100);
     if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + 2000) {
@@ -225,7 +240,7 @@ int main(int argc, char **argv)
     springls_forces forces = {.velocity = push, .user = &brush};
     springls_step_desc one = {.forces = &forces, .dt = 1.0f, .max_displacement = 2.0f};
     springls_context *ctx;
-    springls_chunks *chunks;
+    springls_chunks *chunks, *contours;
     const springls_chunk *changed;
     int count, all;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) {
@@ -234,6 +249,7 @@ int main(int argc, char **argv)
     }
     if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) != SPRINGLS_OK
         || springls_chunks_create(ctx, NULL, &chunks) != SPRINGLS_OK
+        || springls_chunks_create(ctx, NULL, &contours) != SPRINGLS_OK
         || springls_chunks_update(ctx, chunks, &changed, &all) != SPRINGLS_OK) {
         return fail(ctx);
     }
@@ -256,9 +272,13 @@ int main(int argc, char **argv)
             return fail(ctx);
         }
         const double end = elapsed_seconds();
+        if (update_contours(ctx, contours) != SPRINGLS_OK) {
+            return fail(ctx);
+        }
         if (i < SETTLE) {
             continue;
         }
+        contour.value[contour.count++] = 1e3 * (elapsed_seconds() - end);
         frame.value[frame.count++] = 1e3 * (end - begin);
         processor.value[processor.count++] = 1e3 * (processor_seconds() - busy);
         step.value[step.count++] = 1e3 * (stepped - begin);
@@ -306,6 +326,7 @@ int main(int argc, char **argv)
     report(&json, "processor_ms", &processor);
     report(&json, "step_ms", &step);
     report(&json, "chunks_ms", &chunk);
+    report(&json, "contours_ms", &contour);
     report(&json, "chunks_percent", &share);
     report(&json, "rest_ms", &rest);
     report(&json, "cut_ms", &cut);
@@ -319,6 +340,7 @@ int main(int argc, char **argv)
     report_calls(&json, "step_budget", &step_calls);
     report_calls(&json, "material_budget", &chunk_calls[1]);
     springls_chunks_destroy(ctx, chunks);
+    springls_chunks_destroy(ctx, contours);
     springls_destroy(ctx);
     return json_close(&json) ? 0 : 1;
 }
