@@ -359,9 +359,9 @@
    over the vertices that a chunk has. A vertex buffer with normals, correspondences, ids and attributes serves all levels.
 
      level   edges, voxels   error, voxels   triangles of a wavy surface
-       1     up to 3         up to .25       22 %
-       2     up to 6         up to .5        9 %
-       3     up to 12        up to 1         6 %
+       1     up to 3         up to .25       21 %
+       2     up to 6         up to .5         8 %
+       3     up to 12        up to 1          5 %
 
    errors are of the chunk's vertices, in the smallest spacing, and springls_lod has those of each chunk. Draw a chunk at the highest level
    whose error is less than half a pixel at its distance. Correspondences off by springls_lod.material_error move a texture by as much.

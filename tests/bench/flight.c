@@ -2,7 +2,7 @@
  * have, and what finding them costs. Each chunk is drawn at the highest level whose error is less than half a pixel at its distance; at most
  * CHANGES chunks a frame change their level, those that need it most. One JSON object on stdout; milliseconds are those of this thread's
  * processor. `unmatched` counts frames in which a side of a triangle had none that runs the other way: cracks. Every 50th is
- * looked at. */
+ * looked at. `waiting` chunks are to change, of which `too_coarse` are beyond half a pixel. */
 #define _POSIX_C_SOURCE 200809L
 #include "springls.h"
 
@@ -257,6 +257,16 @@ static uint64_t cracks(const struct world *world)
     return sum;
 }
 
+/* Returns how many chunks are shown with an error of more than half a pixel. */
+static int too_coarse(const struct world *world)
+{
+    int n = 0;
+    for (int i = 0; i < world->count; ++i) {
+        n += world->place[i].wanted < world->place[i].lod.level;
+    }
+    return n;
+}
+
 static int64_t triangles(const struct world *world, bool all)
 {
     int64_t n = 0;
@@ -306,7 +316,7 @@ int main(int argc, char **argv)
         return fail(ctx);
     }
     const double load_ms = 1e3 * (seconds() - loading) / (3.0 * world.count);
-    double drawn = 0.0, requests = 0.0, changes = 0.0, waiting = 0.0;
+    double drawn = 0.0, requests = 0.0, changes = 0.0, waiting = 0.0, coarse = 0.0;
     int unmatched = 0, most_requests = 0;
     float eye[3];
     eye_at(0.0, (float)grid, eye);
@@ -329,6 +339,7 @@ int main(int argc, char **argv)
         requests += asked;
         changes += changed;
         waiting += due - changed;
+        coarse += too_coarse(&world);
         most_requests = asked > most_requests ? asked : most_requests;
         unmatched += i % 50 == 0 && cracks(&world) != 0;
     }
@@ -346,6 +357,7 @@ int main(int argc, char **argv)
     json_number(&json, "lods", requests / frames);
     json_integer(&json, "most_lods", most_requests);
     json_number(&json, "waiting", waiting / frames);
+    json_number(&json, "too_coarse", coarse / frames);
     json_number(&json, "lod_ms", load_ms);
     json_number(&json, "frame_p50_ms", ms[frames / 2]);
     json_number(&json, "frame_p95_ms", ms[frames * 95 / 100]);
