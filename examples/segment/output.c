@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/threads.h"
+#include "base/write_error.h"
 #include "imaging/segment_image.h"
 #include "imaging/slices.h"
 #include "springls/run_options.h"
@@ -100,6 +101,19 @@ static const char *object_path(const struct segment *run, const char *name, cons
     return run_path(run->settings.common.out, file, path, size);
 }
 
+/* Without pictures: those of an earlier run would show another result than the files beside them. */
+static bool remove_picture(const char *path)
+{
+    return earlier_file_remove(path) || segment_fail("%s: an earlier run's picture cannot be removed: %s", path, write_reason());
+}
+
+static bool remove_model_pictures(const struct segment *run)
+{
+    char path[1024];
+    return remove_picture(object_path(run, "surface", ".png", path, sizeof path))
+        && remove_picture(object_path(run, "film", ".png", path, sizeof path));
+}
+
 /* Draws the surface, and how it got there. */
 static bool draw_model(const struct segment *run)
 {
@@ -129,7 +143,7 @@ bool segment_write_object(const struct segment *run)
                          error)) {
         return segment_fail("%s", error);
     }
-    return run->settings.no_pictures || draw_model(run);
+    return run->settings.no_pictures ? remove_model_pictures(run) : draw_model(run);
 }
 
 /* Writes the labels in the geometry of the image, as NIfTI and in the image's own format. */
@@ -158,8 +172,12 @@ static bool write_labels(const struct segment *run)
 bool segment_write(const struct segment *run)
 {
     char path[1024];
-    return write_labels(run) && segment_report(run, run_path(run->settings.common.out, "report.json", path, sizeof path))
-        && (run->settings.no_pictures || draw_slices(run, run_path(run->settings.common.out, "slices.png", path, sizeof path)));
+    const char *out = run->settings.common.out;
+    if (!write_labels(run) || !segment_report(run, run_path(out, "report.json", path, sizeof path))) {
+        return false;
+    }
+    run_path(out, "slices.png", path, sizeof path);
+    return run->settings.no_pictures ? remove_picture(path) : draw_slices(run, path);
 }
 
 /* ---- figures ---- */

@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "base/output_file.h"
 #include "base/threads.h"
+#include "base/write_error.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
 #include "surface/gltf_builder.h"
@@ -203,6 +204,12 @@ static bool draw(const struct surfaces *run, const char *path)
     return good;
 }
 
+/* Without pictures: that of an earlier run would show another result than the files beside it. */
+static bool remove_picture(const char *path)
+{
+    return earlier_file_remove(path) || surfaces_fail("%s: an earlier run's picture cannot be removed: %s", path, write_reason());
+}
+
 /* ---- all ---- */
 
 bool surfaces_write(const struct surfaces *run)
@@ -214,8 +221,9 @@ bool surfaces_write(const struct surfaces *run)
     for (size_t l = 0; good && strcmp(run->settings.format, "none") != 0 && l < run->count; ++l) {
         good = !run->labels[l].chosen || write_one(run, &run->labels[l]);
     }
-    return good && surfaces_report(run, run_path(out, "report.json", path, sizeof path))
-        && (run->settings.no_pictures || draw(run, run_path(out, "surfaces.png", path, sizeof path)));
+    good = good && surfaces_report(run, run_path(out, "report.json", path, sizeof path));
+    run_path(out, "surfaces.png", path, sizeof path);
+    return good && (run->settings.no_pictures ? remove_picture(path) : draw(run, path));
 }
 
 bool surfaces_report(const struct surfaces *run, const char *path)

@@ -399,7 +399,7 @@ TEST two_windows_make_one_map_in_the_format_of_the_input(void)
     PASS();
 }
 
-/* Labels are written as they are asked for, up to 32 bits; without pictures the other files are there. */
+/* Labels are written as they are asked for, up to 32 bits; without pictures the other files are there, and no older pictures. */
 TEST labels_of_32_bits_are_written_without_pictures(void)
 {
     struct volume v, mask, found;
@@ -408,6 +408,15 @@ TEST labels_of_32_bits_are_written_without_pictures(void)
     ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));
     for (size_t n = 0; n < volume_voxels(&v); ++n) ids[n] = v.data[n] > 50.0f ? v.data[n] > 150.0f ? 4000000001u : 4000000000u : 0;
     ASSERTm(error, volume_write(in_folder("ids.nii.gz"), &v, VOLUME_UINT32, ids, error));
+    static const char *const earlier[] = {"slices.png", "surface_4000000000.png", "film_4000000000.png", "surface_4000000001.png",
+                                          "film_4000000001.png"};
+    char picture[256];
+    ASSERT_EQ(0, mkdir(in_folder("ids"), 0777)); /* an earlier run's, and one by somebody else */
+    for (size_t p = 0; p < 6; ++p) {
+        snprintf(picture, sizeof picture, "ids/%s", p < 5 ? earlier[p] : "film_mine.png");
+        FILE *file = fopen(in_folder(picture), "w");
+        ASSERT(file != NULL && fclose(file) == 0);
+    }
     snprintf(words, sizeof words, "%s --level 50 --init mask --mask %s --mask-label 4000000000;4000000001 --steps 5 --no-pictures --out %s",
              in_folder("two.nii"), in_folder("ids.nii.gz"), in_folder("ids"));
     ASSERT_EQ(0, call(words));
@@ -415,7 +424,11 @@ TEST labels_of_32_bits_are_written_without_pictures(void)
     ASSERT_EQ(4000000000u, found.ids[voxel_at(&v, 11, 12, 12)]);
     ASSERT_EQ(4000000001u, found.ids[voxel_at(&v, 29, 12, 12)]);
     ASSERT_EQ(0, access(in_folder("ids/surface_4000000001.ply"), R_OK));
-    ASSERT(access(in_folder("ids/slices.png"), R_OK) != 0 && access(in_folder("ids/film_4000000000.png"), R_OK) != 0);
+    for (size_t p = 0; p < 5; ++p) {
+        snprintf(picture, sizeof picture, "ids/%s", earlier[p]);
+        ASSERTm(picture, access(in_folder(picture), F_OK) != 0);
+    }
+    ASSERT_EQ(0, access(in_folder("ids/film_mine.png"), F_OK));
     ASSERTm(error, volume_read_labels(in_folder("ids.nii.gz"), 0, NULL, &mask, error));
     volume_free(&mask);
     volume_free(&found);

@@ -29,6 +29,7 @@ int main(int argc, char **argv)
 
 #include <inttypes.h>
 #include <math.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "json_report.h"
@@ -336,6 +337,8 @@ TEST ids_of_32_bits_names_and_volumes_are_reported(void)
     const char *const extensions[] = {"map.nii.gz", "map.nrrd", "map.mha"};
     fill(thirds);
     write_text(scratch("table.txt"), snap_table);
+    ASSERT_EQ(0, mkdir(scratch("out"), 0777));
+    write_text(scratch("out/surfaces.png"), "an earlier run's");
     for (int f = 0; f < 6; ++f) {
         ASSERT(write_map(scratch(extensions[f / 2]), f % 2 == 1));
         ASSERT_EQ(0, RUN(scratch(extensions[f / 2]), "--table", scratch("table.txt"), "--out", scratch("out"), "--no-pictures"));
@@ -356,6 +359,7 @@ TEST ids_of_32_bits_names_and_volumes_are_reported(void)
         ASSERT_EQ(0, access(scratch("out/label_4000000001_one___two.ply"), R_OK));
         ASSERT_EQ(0, access(scratch("out/label_4000000002.ply"), R_OK));
         ASSERT_EQ(0, access(scratch("out/surfaces.glb"), R_OK));
+        ASSERT(access(scratch("out/surfaces.png"), F_OK) != 0);
         cJSON_Delete(json);
     }
     char *table = whole_file(scratch("out/table.csv"), NULL);

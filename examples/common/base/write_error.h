@@ -29,4 +29,13 @@ static inline void partial_file_remove(const char *path)
     errno = reason;
 }
 
+/* Removes what an earlier run has left under the name of a file that this run leaves out; leaves a device or a pipe. Returns false, with
+ * errno's reason, if it is still there. */
+static inline bool earlier_file_remove(const char *path)
+{
+    struct stat info;
+    errno = 0;
+    return stat(path, &info) != 0 || !S_ISREG(info.st_mode) || remove(path) == 0;
+}
+
 #endif
