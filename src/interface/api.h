@@ -777,8 +777,9 @@ typedef struct springls_lod {
                                finer level of both. A chunk without triangles may have any                              */
     uint16_t *triangles;    /* written: 3 a triangle, indices of the chunk's vertices; room for as many as chunk has      */
     int triangle_count;     /* written                                                                                */
-    float error;            /* written: world units; no vertex of the chunk is further from these triangles. At most 2^level / 8
-                               smallest spacings, but where a whole body vanishes                                       */
+    float error;            /* written: world units; no vertex of the chunk is further from these triangles, or from the edges of the
+                               common border where the chunk's own triangles there are gone. At most 2^level / 8 smallest
+                               spacings, but where a whole body vanishes                                                */
     float material_error;   /* written: world units of the original surface; no vertex's correspondence is further from what is
                                interpolated at the closest place; 0 without correspondences                            */
 } springls_lod;
@@ -786,7 +787,8 @@ typedef struct springls_lod {
 /* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
    wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
    border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
-   depend on threads. INVALID_ARGUMENT: also an index out of range or a position that is not finite; nothing is written then. */
+   depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite, and more
+   than 65536 vertices. After a failure nothing is written. */
 SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */

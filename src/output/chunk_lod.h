@@ -127,7 +127,7 @@ SPRINGLS__FN int springls__face_of_edge(const springls__lod_work *w, int a, int 
         springls__transform(w->to_lattice, (double)ends[end][0], (double)ends[end][1], (double)ends[end][2], place);
         for (face = 0; face < 6; face++)
             away[face] = springls__max(away[face], springls__fabs((float)(place[face / 2]
-                                                                          - 8.0 * (w->chunk->brick[face / 2] + face % 2))));
+                                                                          - 8.0 * ((double)w->chunk->brick[face / 2] + face % 2))));
     }
     for (face = 0; face < 6; face++) {
         found += away[face] <= within;
@@ -208,22 +208,35 @@ SPRINGLS__FN int springls__chain_split(const springls__lod_work *w, int i, int j
     return most > tolerance * tolerance ? outermost : too_long ? central : -1;
 }
 
-/* Keeps what a chain between its members i and j needs, and sends the rest onto the nearer end along it. */
-SPRINGLS__FN void springls__split_chain(springls__lod_work *w, int i, int j, float tolerance, float length)
+/* Sends what lies between members i and j of a chain onto the nearer end along it. */
+SPRINGLS__FN void springls__send_to_ends(springls__lod_work *w, int i, int j)
 {
-    const int k = springls__chain_split(w, i, j, tolerance, length);
     const springls__v3 a = springls__lod_place(w, w->chain[i]), b = springls__lod_place(w, w->chain[j]);
     int m, to = w->chain[i];
-    if (k >= 0) {
-        w->vertex[w->chain[k]].role = SPRINGLS__LOD_KEPT;
-        springls__split_chain(w, i, k, tolerance, length);
-        springls__split_chain(w, k, j, tolerance, length);
-        return;
-    }
     for (m = i + 1; m < j; m++) {
         const springls__v3 x = springls__lod_place(w, w->chain[m]);
         if (springls__length2(springls__sub(x, b)) < springls__length2(springls__sub(x, a))) to = w->chain[j];
         w->vertex[w->chain[m]].to = to;
+    }
+}
+
+/* Keeps what a chain between its members i and j needs, and sends the rest onto those. */
+SPRINGLS__FN void springls__split_chain(springls__lod_work *w, int i, int j, float tolerance, float length)
+{
+    int *end = w->chain + w->chunk->vertex_count + 2; /* a stack: later parts, behind the chain */
+    int count = 0;
+    for (;;) {
+        const int k = springls__chain_split(w, i, j, tolerance, length);
+        if (k >= 0) {
+            w->vertex[w->chain[k]].role = SPRINGLS__LOD_KEPT;
+            end[count++] = j;
+            j = k;
+            continue;
+        }
+        springls__send_to_ends(w, i, j);
+        if (count == 0) return;
+        i = j;
+        j = end[--count];
     }
 }
 
@@ -554,18 +567,28 @@ SPRINGLS__FN springls__lod_hit springls__closest_to_vertex(springls__lod_work *w
     return best;
 }
 
-/* Returns the squared distance from a vertex to the edges that borders have kept: where its part of the chunk has become flat, the
-   surface goes on there beyond the border. FLT_MAX: there are none. */
-SPRINGLS__FN float springls__border_distance2(const springls__lod_work *w, int i)
+/* Makes an edge between vertices a and b the closest place to vertex i, where it is closer. */
+SPRINGLS__FN void springls__closest_on_edge(const springls__lod_work *w, int i, int a, int b, springls__lod_hit *best)
 {
-    float least = FLT_MAX;
+    const springls__v3 x = w->vertex[i].x, from = w->vertex[a].x, along = springls__sub(w->vertex[b].x, from);
+    const float d2 = springls__chord_distance2(x, from, w->vertex[b].x), l2 = springls__length2(along);
+    if (d2 >= best->d2) return;
+    best->d2 = d2;
+    best->bary[1] = l2 > 0.0f ? springls__clamp(springls__dot(springls__sub(x, from), along) / l2, 0.0f, 1.0f) : 0.0f;
+    best->bary[0] = 1.0f - best->bary[1];
+    best->bary[2] = 0.0f;
+    best->corner[0] = best->corner[2] = a;
+    best->corner[1] = b;
+}
+
+/* Tries the edges that borders have kept: where the part of the chunk around a vertex has become flat, the surface goes on there beyond
+   the border. */
+SPRINGLS__FN void springls__closest_on_border(const springls__lod_work *w, int i, springls__lod_hit *best)
+{
     int k, side;
     for (k = 0; k < w->chunk->vertex_count; k++)
-        for (side = 0; side < springls__imin(w->vertex[k].degree, 2); side++) {
-            const int a = w->vertex[k].to, b = w->vertex[w->vertex[k].along[side]].to;
-            least = springls__min(least, springls__chord_distance2(w->vertex[i].x, w->vertex[a].x, w->vertex[b].x));
-        }
-    return least;
+        for (side = 0; side < springls__imin(w->vertex[k].degree, 2); side++)
+            springls__closest_on_edge(w, i, w->vertex[k].to, w->vertex[w->vertex[k].along[side]].to, best);
 }
 
 /* Returns how far the correspondence that is interpolated at a place is from that of vertex i, world units. */
@@ -590,7 +613,7 @@ SPRINGLS__FN bool springls__measure_lod(springls__lod_work *w, springls_lod *lod
         springls__lod_hit hit;
         if (v->to == i && springls__living_corner(w, v->first_corner) >= 0) continue;
         hit = springls__closest_to_vertex(w, i, tolerance);
-        if (hit.d2 > tolerance * tolerance) hit.d2 = springls__min(hit.d2, springls__border_distance2(w, i));
+        if (hit.d2 > tolerance * tolerance) springls__closest_on_border(w, i, &hit);
         if (hit.d2 > tolerance * tolerance && v->role == SPRINGLS__LOD_INNER && !v->locked) v->locked = beyond = true;
         if (hit.d2 == FLT_MAX) continue;
         lod->error = springls__max(lod->error, springls__sqrt(hit.d2) * w->unit);
@@ -697,6 +720,7 @@ SPRINGLS__FN const char *springls__lod_fault(const springls_lod *lod)
     const springls_chunk *chunk = lod->chunk;
     int i;
     if (!chunk || chunk->vertex_count < 0 || chunk->triangle_count < 0) return "there is no chunk";
+    if (chunk->vertex_count > 65536 || chunk->triangle_count > INT32_MAX / 3) return "there are too many vertices or triangles";
     if (lod->level < 0 || lod->level >= SPRINGLS__LOD_LEVELS) return "the level is not 0, 1, 2 or 3";
     for (i = 0; i < 6; i++)
         if (lod->neighbors[i] < 0 || lod->neighbors[i] >= SPRINGLS__LOD_LEVELS) return "the level of a neighbor is not 0, 1, 2 or 3";
@@ -706,18 +730,39 @@ SPRINGLS__FN const char *springls__lod_fault(const springls_lod *lod)
         if (chunk->triangles[i] >= chunk->vertex_count) return "an index is out of range";
     for (i = 0; i < 3 * chunk->vertex_count; i++)
         if (!springls__finite_float(chunk->positions[i])) return "a position is not finite";
+    for (i = 0; chunk->correspondences && i < 3 * chunk->vertex_count; i++)
+        if (!springls__finite_float(chunk->correspondences[i])) return "a correspondence is not finite";
     return NULL;
 }
 
-SPRINGLS__FN springls_status springls__lod_batch(springls_context *ctx, springls__lod_job *job, int count)
+/* Finds where the memory of each chunk of a batch starts. Returns how much all need. */
+SPRINGLS__FN size_t springls__lod_starts(springls__lod_job *job, int count)
 {
     int i;
     job->start[0] = 0;
     for (i = 0; i < count; i++) job->start[i + 1] = job->start[i] + ((springls__lod_bytes(&job->lod[i]) + 15u) & ~(size_t)15u);
-    job->memory = (char *)springls__allocate(ctx, job->start[count] + 1);
+    return job->start[count];
+}
+
+/* Works on all chunks, in memory for the largest batch: where there is none, nothing has been written. */
+SPRINGLS__FN springls_status springls__lod_batches(springls_context *ctx, springls__lod_job *job, springls_lod *lod, int count)
+{
+    size_t most = 0, bytes;
+    int i;
+    for (i = 0; i < count; i += springls__imin(SPRINGLS__LOD_BATCH, count - i)) {
+        job->lod = lod + i;
+        bytes = springls__lod_starts(job, springls__imin(SPRINGLS__LOD_BATCH, count - i));
+        if (bytes > most) most = bytes;
+    }
+    job->memory = (char *)springls__allocate(ctx, most + 1);
     if (!job->memory) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_lod: out of memory");
-    springls__parallel(ctx, count, 1, springls__lod_task, job);
-    springls__release(ctx, job->memory, job->start[count] + 1);
+    for (i = 0; i < count; i += springls__imin(SPRINGLS__LOD_BATCH, count - i)) {
+        const int batch = springls__imin(SPRINGLS__LOD_BATCH, count - i);
+        job->lod = lod + i;
+        springls__lod_starts(job, batch);
+        springls__parallel(ctx, batch, 1, springls__lod_task, job);
+    }
+    springls__release(ctx, job->memory, most + 1);
     return SPRINGLS_OK;
 }
 
@@ -737,11 +782,7 @@ SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls
     lattice = ctx->window;
     springls__place_window(ctx, &lattice, springls__unmoved);
     job.to_lattice = lattice.to_voxel;
-    for (i = 0; i < count; i += SPRINGLS__LOD_BATCH) {
-        job.lod = lod + i;
-        SPRINGLS__TRY(springls__lod_batch(ctx, &job, springls__imin(SPRINGLS__LOD_BATCH, count - i)));
-    }
-    return SPRINGLS_OK;
+    return springls__lod_batches(ctx, &job, lod, count);
 }
 
 #endif

@@ -266,6 +266,7 @@ TEST wrong_requests_are_refused(void)
     springls_lod lod;
     uint16_t corner[3];
     size_t bytes;
+    float kept;
     int i;
     memset(&s, 0, sizeof s);
     ASSERT_OK(scene_begin(&s, SPRINGLS_CONTOURING_LEVEL_SET, UPRIGHT));
@@ -290,11 +291,19 @@ TEST wrong_requests_are_refused(void)
     REFUSED(lod.triangles = NULL);
     REFUSED(chunk.positions = NULL);
     REFUSED(chunk.vertex_count = -1);
+    REFUSED(chunk.vertex_count = 65537);
+    REFUSED(chunk.triangle_count = INT32_MAX / 3 + 1);
     corner[0] = corner[1] = 0;
     corner[2] = (uint16_t)chunk.vertex_count;
     REFUSED((chunk.triangles = corner, chunk.triangle_count = 1));
+    kept = s.chunk[i].correspondences[4];
+    s.chunk[i].correspondences[4] = (float)INFINITY;
+    REFUSED((void)0);
+    s.chunk[i].correspondences[4] = kept;
+    kept = s.chunk[i].positions[4];
     s.chunk[i].positions[4] = (float)NAN;
     REFUSED((void)0);
+    s.chunk[i].positions[4] = kept;
 
     desc = fixture_desc(SIZE, NULL);
     desc.allocator = fixture_allocator(&heap);
@@ -311,6 +320,10 @@ TEST wrong_requests_are_refused(void)
     ASSERT_STATUS(SPRINGLS_OUT_OF_MEMORY, springls_chunks_lod(s.ctx, &lod, 1));
     ASSERT_OK(springls_chunks_lod(s.ctx, &lod, 1));
     ASSERT_EQ(bytes, heap.bytes);
+    for (i = 0; i < BRICKS; i++) s.level[i] = 1;
+    i = heap.calls;
+    ASSERT_OK(find_lods(&s)); /* of two batches: no allocation may fail after the first of them */
+    ASSERT_EQ(i + 1, heap.calls);
     ASSERT_EQ(0, heap.wrong_sizes);
     s.chunks = NULL;
     scene_end(&s);
@@ -339,6 +352,39 @@ TEST any_triangles_will_do(void)
     PASS();
 }
 
+/* A sliver at an edge of its brick becomes an edge of the border: there its vertices and correspondences are found. So does the last brick
+   that an int can count, which has no border there. */
+TEST a_chunk_vanishes(void)
+{
+    static float positions[12] = { 0, 0, 2, 0, 0, 4, 0, 0.1f, 3, 0.1f, 0, 3 }, from[12] = { 50, 0, 2, 50, 0, 4, 50, 0.1f, 3, 50, 0, 3 };
+    static uint16_t triangles[6] = { 0, 2, 3, 1, 3, 2 };
+    springls_context *ctx = fixture_context(SIZE, NULL);
+    uint16_t found[6];
+    springls_chunk chunk;
+    springls_lod lod;
+    int i;
+    memset(&chunk, 0, sizeof chunk);
+    memset(&lod, 0, sizeof lod);
+    chunk.positions = positions;
+    chunk.correspondences = from;
+    chunk.triangles = triangles;
+    chunk.vertex_count = 4;
+    chunk.triangle_count = 2;
+    lod.chunk = &chunk;
+    lod.level = 1;
+    lod.triangles = found;
+    for (i = 0; i < 6; i++) lod.neighbors[i] = 1;
+    ASSERT_OK(springls_chunks_lod(ctx, &lod, 1));
+    ASSERT_EQ(0, lod.triangle_count);
+    ASSERT_IN_RANGE(0.1f, lod.error, 1e-5f);
+    ASSERT_IN_RANGE(0.1f, lod.material_error, 1e-5f);
+    for (i = 0; i < 3; i++) chunk.brick[i] = INT32_MAX;
+    ASSERT_OK(springls_chunks_lod(ctx, &lod, 1));
+    ASSERT_EQ(2, lod.triangle_count);
+    springls_destroy(ctx);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -354,5 +400,6 @@ int main(int argc, char **argv)
     RUN_TEST(threads_change_nothing);
     RUN_TEST(wrong_requests_are_refused);
     RUN_TEST(any_triangles_will_do);
+    RUN_TEST(a_chunk_vanishes);
     GREATEST_MAIN_END();
 }
