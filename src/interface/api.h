@@ -730,7 +730,7 @@ typedef struct springls_chunk {
 /* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
     float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more, or a vertex of what
-                             springls hold (params.contouring) has moved by more; 0: 0.05; negative: none, and the chunks are
+                             springls hold (params.contouring) has moved by half of it; 0: 0.05; negative: none, and the chunks are
                              the mesh of springls_extract_mesh to the bit. Springls at rest relax by some 0.001 voxel a step,
                              so that without a tolerance all chunks change                                           */
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has

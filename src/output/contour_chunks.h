@@ -396,10 +396,12 @@ SPRINGLS__FN void springls__fill_corners_work(void *arg, int begin, int end, flo
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = update.after->brick + begin;
-        const springls__surface_brick *from = update.table.brick + springls__imax(brick->table, 0);
-        const int *corner = update.table.corners + 3 * (size_t)from->first_triangle;
         uint32_t *to = update.after->corner + 3 * (size_t)brick->first_triangle;
+        const springls__surface_brick *from;
+        const int *corner;
         if (brick->table < 0) continue;
+        from = update.table.brick + brick->table;
+        corner = update.table.corners + 3 * (size_t)from->first_triangle;
         for (k = 0, d = 13; k < 3 * from->triangles; k++) {
             const uint64_t v = key[update.table.rank[corner[k]] - 1];
             if (from->around[d] != (int)(v >> 32))
@@ -443,12 +445,12 @@ SPRINGLS__FN uint64_t springls__border_of_brick(const springls__contour_store *s
 
 /* ---- what is published ---- */
 
-/* Returns whether vertices of a new and a published contour are the same within the tolerance; phi that has moved by it has turned by up to
-   twice as much. */
+/* Returns whether vertices of a new and a published contour are the same within half the tolerance: what has not been noticed since the
+   brick was made is less than the other half (contour_region.h). Normals may have turned by twice as much. */
 SPRINGLS__FN bool springls__vertices_agree(const springls__contour_vertex *now, const springls__contour_vertex *before, float tolerance)
 {
     return now->key == before->key && now->id == before->id
-        && springls__length2(springls__sub(now->x, before->x)) <= tolerance * tolerance
+        && springls__length2(springls__sub(now->x, before->x)) <= 0.25f * tolerance * tolerance
         && springls__length2(springls__sub(now->n, before->n)) <= 4.0f * tolerance * tolerance;
 }
 

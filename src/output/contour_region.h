@@ -5,6 +5,7 @@
                                                                      `-- one brick more ------ no
 
    What has changed by less than half the tolerance is as published: so a model that is only relaxed, far less than a voxel, costs nothing.
+   A brick that is made again keeps the vertices that have moved by less than the other half.
    A springl's hits lie within 2 voxels of it (springls__disc_of), those of springls that it creases within 5.2. How far a line's sides may
    follow is not bounded: so the new triangles are taken only where their border is that of the triangles which they replace. */
 #ifndef SPRINGLS__OUTPUT_CONTOUR_REGION_H
@@ -157,16 +158,16 @@ SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Adds the bricks from `lower` to `upper` to the region. */
+/* Adds the bricks from `lower` to `upper` to the region: the table has none before the last one beyond the border. */
 SPRINGLS__FN void springls__add_box_to_region(springls__contour_chunks *c, const int lower[3], const int upper[3])
 {
     int at[3];
-    for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
-        for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
-            for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
+    for (at[2] = springls__imax(lower[2], -1); at[2] <= upper[2]; at[2]++)
+        for (at[1] = springls__imax(lower[1], -1); at[1] <= upper[1]; at[1]++)
+            for (at[0] = springls__imax(lower[0], -1); at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
 }
 
-/* Finds the bricks within reach of a place: at most 27 of them. */
+/* Finds the bricks within reach of a place, in each direction two at most, or three where the reach is over half a brick. */
 SPRINGLS__FN void springls__box_of_bricks_within(springls__v3 p, float reach, int lower[3], int upper[3])
 {
     int axis;
@@ -231,11 +232,17 @@ SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, spr
     const springls__contour_store *before = &c->store[c->now];
     const int count = ctx->model.set.count;
     size_t most = 0;
-    int i, place[3];
+    int i, place[3], moved = 0;
     c->region_bricks = 0;
-    for (i = 0; i < count; i++) most += c->reach[i] > 0.0f ? 54 : 0;
+    for (i = 0; i < count; i++) {
+        if (c->reach[i] == 0.0f) continue;
+        most += c->reach[i] > SPRINGLS__REGION_REACH ? 54 : 16;
+        moved++;
+    }
     for (i = 0; i < before->springls; i++) most += c->is_left[i] ? 0 : 27;
     for (i = 0; i < before->bricks; i++) most += c->moved_phi[i] ? 64 : 0;
+    c->whole = moved > count / SPRINGLS__LARGEST_REGION_SHARE;
+    if (c->whole) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__reserve_region(ctx, c, most));
     for (i = 0; i < count; i++) {
         if (c->reach[i] == 0.0f) continue;
@@ -255,10 +262,10 @@ SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, spr
     return springls__take_region(ctx, c);
 }
 
-/* Adds all bricks around the region to it. */
+/* Adds all bricks around the region to it. Where the table gets no more bricks from that, it is the whole. */
 SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    const int bricks = c->region_bricks;
+    const int bricks = c->region_bricks, in_table = ctx->surface_region;
     int i, axis, place[3], lower[3], upper[3];
     SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * (size_t)bricks));
     for (i = 0; i < bricks; i++) {
@@ -269,7 +276,9 @@ SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, sprin
         }
         springls__add_box_to_region(c, lower, upper);
     }
-    return springls__take_region(ctx, c);
+    SPRINGLS__TRY(springls__take_region(ctx, c));
+    c->whole = c->whole || ctx->surface_region <= in_table;
+    return SPRINGLS_OK;
 }
 
 /* ---- whether the new triangles fit ---- */

@@ -81,7 +81,7 @@ static springls_status update(scene *s, int *count)
     return SPRINGLS_OK;
 }
 
-/* Every vertex that a consumer has is within the tolerance, and what springls may move unnoticed, of the mesh. */
+/* Every vertex that a consumer has is within the tolerance of the mesh. */
 static greatest_test_res is_near_the_mesh(const scene *s)
 {
     springls_hit hit;
@@ -89,7 +89,7 @@ static greatest_test_res is_near_the_mesh(const scene *s)
     for (i = 0; i < SIDE * SIDE * SIDE; i++)
         for (v = 0; v < s->store.chunk[i].vertex_count; v += 5) {
             ASSERT_OK(springls_closest(s->ctx, SPRINGLS_SURFACE_WATERTIGHT, s->store.chunk[i].positions + 3 * v, 1, &hit));
-            ASSERT_LT((double)hit.distance, 0.075);
+            ASSERT_LT((double)hit.distance, 0.05);
         }
     PASS();
 }
