@@ -343,10 +343,9 @@
    springls_sample_inside follow the same mesh. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
    the grid has it more than half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update
    makes the mesh again where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than
-   the tolerance from the mesh. Where that is more than a third, where the tolerance is negative, or where the mesh is there because a
-   query has made it, all bricks are compared; which chunks are listed may depend on that. On a ball of 17,600 springls all takes some
-   50 ms, and a brush about 9 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice, and .7 KB a
-   brick twice.
+   the tolerance from the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On a ball of 17,600 springls
+   all takes some 50 ms, and a brush about 9 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice,
+   and .7 KB a brick twice.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its

@@ -819,7 +819,7 @@ SPRINGLS__FN springls_status springls__find_moved_springls(springls_context *ctx
     contours->tolerance = c->desc.tolerance;
     contours->with_ids = c->desc.correspondences;
     contours->open = true;
-    contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f || !springls__surface_is_stale(ctx)
+    contours->whole = before->stale || before->bricks == 0 || c->desc.tolerance == 0.0f
                    || ctx->particles_outside > 0 || ctx->model.cells.unbinned_count > 0;
     if (contours->whole) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__reserve_moved(ctx, contours));
@@ -851,7 +851,7 @@ SPRINGLS__FN bool springls__wants_whole_table(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__wants_region_table(const springls_context *ctx)
 {
-    return !ctx->step.chunks->contours.whole && ctx->surface_region > 0;
+    return !ctx->step.chunks->contours.whole && springls__surface_is_stale(ctx) && ctx->surface_region > 0;
 }
 
 SPRINGLS__FN springls_status springls__count_contour(springls_context *ctx)

@@ -75,7 +75,7 @@ typedef struct springls__contour_chunks {
     int *seen_as;          /* [springl] its number among the published ones, -1: none                      */
     uint8_t *is_left;      /* [published springl] 1: there still is one with its id                        */
     uint8_t *moved_phi;    /* [published brick] a bit for each eighth where phi is not as published        */
-    int region_bricks;
+    int region_bricks, region_in_table; /* of those the table of all bricks would have                     */
     bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
     springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory;
     springls__buffer reach_memory, seen_as_memory, is_left_memory, moved_phi_memory;
@@ -674,19 +674,20 @@ SPRINGLS__FN springls_status springls__list_contour_bricks(springls_context *ctx
     const springls__kept_table table = springls__kept_table_of(ctx);
     const springls__contour_store *before = &c->store[c->now];
     springls__contour_store *store = &c->store[1 - c->now];
-    const int fresh = c->whole ? ctx->surface_bricks : ctx->surface_region;
-    int i, kept = 0;
+    int i, kept = 0, fresh = 0;
     for (i = 0; i < before->bricks && !c->whole; i++) kept += !springls__is_in_region(c, before->window, &before->brick[i]);
-    store->bricks = fresh + kept;
+    store->bricks = ctx->surface_bricks + kept;
     store->vertices = ctx->surface_vertices + (c->whole ? 0 : before->vertices);
     store->triangles = ctx->surface_triangles + (c->whole ? 0 : before->triangles);
     store->stale = false;
     memcpy(store->window, ctx->window.offset, sizeof store->window);
     SPRINGLS__TRY(springls__reserve_contour(ctx, store));
     for (i = 0; i < ctx->surface_bricks; i++) {
-        if (i < fresh) store->brick[kept + i] = springls__contour_brick_of(ctx, c, table.brick, i);
+        const springls__contour_brick brick = springls__contour_brick_of(ctx, c, table.brick, i);
+        if (c->whole || springls__is_in_region(c, before->window, &brick)) store->brick[kept + fresh++] = brick;
         c->of_table[i] = -1;
     }
+    store->bricks = kept + fresh;
     qsort(store->brick + kept, (size_t)fresh, sizeof *store->brick, springls__compare_contour_bricks);
     if (!c->whole) springls__merge_contour_bricks(c, kept, fresh);
     springls__place_contour_bricks(c);

@@ -205,8 +205,8 @@ SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
     for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
 }
 
-/* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have. A region of many bricks is
-   the whole. */
+/* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have, unless there is one. A
+   region of many bricks is the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
 {
     int *places, i, n = 0, place[3];
@@ -220,9 +220,11 @@ SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, spring
         springls__place_of_key(c->region[i], place);
         if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
     }
+    c->region_in_table = n;
+    c->whole = SPRINGLS__LARGEST_REGION_SHARE * n > c->store[c->now].bricks;
+    if (!springls__surface_is_stale(ctx)) return SPRINGLS_OK;
     ctx->surface_region = n;
     if (n == 0) springls__forget_surface(ctx);
-    c->whole = SPRINGLS__LARGEST_REGION_SHARE * n > c->store[c->now].bricks;
     return SPRINGLS_OK;
 }
 
@@ -265,7 +267,7 @@ SPRINGLS__FN springls_status springls__collect_region(springls_context *ctx, spr
 /* Adds all bricks around the region to it. Where the table gets no more bricks from that, it is the whole. */
 SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    const int bricks = c->region_bricks, in_table = ctx->surface_region;
+    const int bricks = c->region_bricks, in_table = c->region_in_table;
     int i, axis, place[3], lower[3], upper[3];
     SPRINGLS__TRY(springls__reserve_region(ctx, c, 27 * (size_t)bricks));
     for (i = 0; i < bricks; i++) {
@@ -277,7 +279,7 @@ SPRINGLS__FN springls_status springls__widen_region(springls_context *ctx, sprin
         springls__add_box_to_region(c, lower, upper);
     }
     SPRINGLS__TRY(springls__take_region(ctx, c));
-    c->whole = c->whole || ctx->surface_region <= in_table;
+    c->whole = c->whole || c->region_in_table <= in_table;
     return SPRINGLS_OK;
 }
 
