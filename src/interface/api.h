@@ -1031,10 +1031,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 /* Begins what springls_combine does, in as many calls of springls_combine_continue as the caller likes, with the same bits. Completes a
    step, an update of chunks or a combination in progress; takes the step that springls_write waits for, and copies the other model where
    it lies in another window, undivided. The other model is borrowed until the combination is done: it may be read, but must not be
-   destroyed, and where it has changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as they meet one
-   with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or needs it whole
-   completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it; springls_restore
-   goes back to the snapshot as from the model before. */
+   destroyed, and where it or its attributes have changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as
+   they meet one with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or
+   needs it whole completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it;
+   springls_restore goes back to the snapshot as from the model before. */
 SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* Begins what springls_combine_implicit does: samples the function, undivided, into a model that it keeps until the end. */

@@ -79,6 +79,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     springls__attribute_fill(ctx, attribute, values);
     if (index) *index = ctx->attribute_count;
     ctx->attribute_count++;
+    ctx->attributes_version++;
     return SPRINGLS_OK;
 }
 
@@ -91,6 +92,7 @@ SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, in
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     springls__buffer_free(ctx, &attribute->values);
     ctx->attribute_count--;
+    ctx->attributes_version++;
     for (; index < ctx->attribute_count; index++) ctx->attributes[index] = ctx->attributes[index + 1];
     memset(&ctx->attributes[index].values, 0, sizeof ctx->attributes[index].values);
     return SPRINGLS_OK;
@@ -131,6 +133,7 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels,
                                           "set_attribute"));
     springls__attribute_fill(ctx, attribute, values);
+    ctx->attributes_version++;
     return SPRINGLS_OK;
 }
 

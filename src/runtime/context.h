@@ -292,6 +292,7 @@ struct springls_context {
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */
+    uint64_t attributes_version; /* counts what callers change of attributes                                     */
     uint64_t shape_version; /* counts what may have changed the shape of springls, or the level set              */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;

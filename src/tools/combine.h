@@ -355,6 +355,7 @@ typedef struct springls__combination {
     springls_operation operation;
     springls_context *other;         /* the other model, or a copy                                             */
     uint64_t other_version;          /* its model_version, which has to stay                                   */
+    uint64_t other_attributes;       /* its attributes_version, which has to stay                              */
     springls__side_rule rule[2];     /* for the springls of this model and of the other                        */
     springls__surface surfaces[2];   /* of the triangles of both that may touch those of the other             */
     springls__box box[2];            /* of the springls of both                                                */
@@ -774,7 +775,7 @@ SPRINGLS__END };
 SPRINGLS__FN springls_status springls__combination_go_on(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
-    if (c->other->model_version != c->other_version)
+    if (c->other->model_version != c->other_version || c->other->attributes_version != c->other_attributes)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has changed since combine_begin");
     return springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS);
 }
@@ -817,6 +818,7 @@ SPRINGLS__FN springls_status springls__combination_begin(springls_context *ctx, 
     c->operation = operation;
     c->other = other;
     c->other_version = other->model_version;
+    c->other_attributes = other->attributes_version;
     c->completion.project = true;
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.combination = c;

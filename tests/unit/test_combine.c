@@ -892,6 +892,31 @@ TEST stopped_in_the_middle(int how, int most)
     PASS();
 }
 
+/* The attributes of the other model may not change either: of some pieces springls would have those of before. */
+TEST attributes_of_the_tool_stay(int change)
+{
+    static const springls_attribute_desc more = { "more", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    springls_context *cut[2], *twin[2];
+    bool done;
+    int pieces;
+    ASSERT_OK(make_pair(cut));
+    ASSERT_OK(make_pair(twin));
+    ASSERT_OK(springls_combine_begin(cut[0], SPRINGLS_OPERATION_DIFFERENCE, cut[1]));
+    ASSERT_OK(run_pieces(cut[0], 0.0, 4, &pieces, &done));
+    ASSERT(!done);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_set_attribute(cut[1], 7, NULL)); /* changes nothing */
+    ASSERT_OK(run_pieces(cut[0], 0.0, 1, &pieces, &done));
+    ASSERT_OK(change == 0 ? springls_set_attribute(cut[1], 0, NULL) : change == 1 ? springls_add_attribute(cut[1], &more, NULL, NULL)
+                                                                                 : springls_remove_attribute(cut[1], 0));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(cut[0], 0.0, &done));
+    ASSERT(done);
+    ASSERT(strstr(springls_last_error(cut[0]), "has changed"));
+    CHECK_CALL(is_untouched(cut[0], twin[0]));
+    free_pair(cut);
+    free_pair(twin);
+    PASS();
+}
+
 /* A combination of which nothing is left ends with an empty model; wrong arguments leave one in progress. */
 TEST pieces_end(void)
 {
@@ -996,6 +1021,7 @@ int main(int argc, char **argv)
     RUN_TESTp(the_same_bits_in_pieces, 0, 0.001);
     RUN_TESTp(the_same_bits_in_pieces, 2, 1e10);
     for (i = 0; i < 6 * STOPS; i++) RUN_TESTp(stopped_in_the_middle, i % STOPS, 4 + 40 * (i / STOPS));
+    for (i = 0; i < 3; i++) RUN_TESTp(attributes_of_the_tool_stay, i);
     RUN_TEST(pieces_end);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();
