@@ -208,7 +208,7 @@ TEST atlas_segment_refuses_images_without_the_object(void)
     PASS();
 }
 
-/* What does not fit the image is refused before anything is fitted, and a series without --frame. */
+/* What does not fit the image is refused before anything is fitted, and frames without --frame, and --series of a file. */
 TEST atlas_segment_compares_only_what_fits(void)
 {
     static const char *const references[] = {"small.nii.gz", "elsewhere.nii.gz", "truth.nii.gz", "truth.nii.gz"};
@@ -227,11 +227,11 @@ TEST atlas_segment_compares_only_what_fits(void)
     volume_free(&small);
     ASSERT(write_series(numbered(9, "series.nii", 0), &image));
     volume_free(&image);
-    for (int c = 0; c < 6; ++c) {
+    for (int c = 0; c < 7; ++c) {
         struct atlas_segment run;
         memset(&run, 0, sizeof run);
         run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = 150.0, .steps = 2,
-                                                       .frame = c == 5 ? 1 : -1};
+                                                       .frame = c >= 5 ? 1 : -1, .series = c == 6 ? "1" : NULL};
         run.settings.common.quiet = true;
         run.settings.image = numbered(6, c < 4 ? "unseen.nii.gz" : "series.nii", 0);
         run.settings.reference = c < 4 ? numbered(7, references[c], 0) : NULL;

@@ -708,6 +708,19 @@ TEST voxels_without_a_value_are_warned_of(void)
     PASS();
 }
 
+/* What --series says is passed on to what reads the image, of which a file has none. */
+TEST series_is_for_folders(void)
+{
+    struct volume v;
+    char words[1024];
+    ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));
+    volume_free(&v);
+    snprintf(words, sizeof words, "%s --level 50 --series 3", in_folder("two.nii"));
+    ASSERT_EQ(1, call_with_errors(words));
+    ASSERT(text_in("stderr.txt", "--series is for folders of DICOM files"));
+    PASS();
+}
+
 TEST wrong_words_and_bad_images_are_refused(void)
 {
     static const char *const usage[] = {"--window 5,3",
@@ -802,6 +815,7 @@ int main(int argc, char **argv)
     RUN_TEST(share_of_the_image_is_reported);
     RUN_TEST(a_picture_may_fail);
     RUN_TEST(voxels_without_a_value_are_warned_of);
+    RUN_TEST(series_is_for_folders);
     RUN_TEST(wrong_words_and_bad_images_are_refused);
     char command[300];
     snprintf(command, sizeof command, "rm -rf '%s'", folder);

@@ -546,6 +546,14 @@ TEST what_cannot_fit_is_named(void)
     run.moving_path = run.moving_labels_path;
     ASSERT(!register_read(&run));
     register_free(&run);
+    for (int which = 0; which < 3; ++which) { /* files have no series, of either image */
+        ASSERT(begin_run(&scene, &run));
+        run.fixed_series = which == 0 ? "1" : NULL;
+        run.moving_series = which == 1 ? "1" : NULL;
+        register_free(&run);
+        ASSERT_EQ(which == 2, register_read(&run));
+        register_free(&run);
+    }
     srand(5);
     for (size_t n = 0; n < volume_voxels(&scene.moving); ++n) scene.moving.data[n] = (float)(rand() % 1000);
     set_extremes(&scene.moving);
