@@ -810,7 +810,16 @@ class _Body(Model):
     """A model that belongs to a tiling."""
 
     def __init__(self, tiling, label):
-        self.size, self._busy, self._tiling, self._label = tiling.size, False, tiling, label
+        self.size, self._tiling, self._label = tiling.size, tiling, label
+
+    @property
+    def _busy(self):
+        """A tiling and its bodies are busy together: a call of one may free what another one's call works on."""
+        return self._tiling._busy
+
+    @_busy.setter
+    def _busy(self, busy):
+        self._tiling._busy = busy
 
     @property
     def _handle(self):
@@ -926,9 +935,12 @@ class Tiling:
                 desc.tension_of = calls.plain('springls_tension_fn', lambda u, low, high: tension_of(low, high), np.nan)
             if film:
                 def film_of(u, low, high, thickness):
-                    kind, thickness[0] = film(low, high)
-                    return _constant('FILM', kind)
-                desc.film = calls.plain('springls_film_fn', film_of, -1)
+                    thickness[0] = np.nan   # refused, where the function fails: an enum of C has no number that is sure to be
+                    kind, out = film(low, high)
+                    kind = _constant('FILM', kind)
+                    thickness[0] = out
+                    return kind
+                desc.film = calls.plain('springls_film_fn', film_of, 0)
             if held is not None:
                 held = np.asarray(held)
                 if held.dtype != _HOLD or held.ndim != 1 or not held.flags.c_contiguous or not held.flags.writeable:

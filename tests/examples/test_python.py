@@ -209,7 +209,10 @@ class Right(unittest.TestCase):
         self.assertEqual(tiling.state_hash, before)
         with self.assertRaises(ZeroDivisionError):
             tiling.step(dt=1, tension=1, tension_of=lambda low, high: 1 / 0)
-        self.assertEqual(tiling.state_hash, before)
+        for film in (lambda low, high: 1 / 0, lambda low, high: ('melt', 0.5), lambda low, high: 'join', lambda low, high: ('join', None)):
+            with self.assertRaises((ZeroDivisionError, ValueError, TypeError)):
+                tiling.step(film=film, wall_period=1)
+            self.assertEqual(tiling.state_hash, before)
         with self.assertRaises(springls.Error) as caught:
             tiling.join(4, 12)
         self.assertEqual(caught.exception.status, 'SPRINGLS_INVALID_ARGUMENT')
@@ -219,6 +222,25 @@ class Right(unittest.TestCase):
         with self.assertRaises(KeyError):
             tiling.body(9)
         self.assertGreater(tiling.memory_used, 1000)
+
+    def test_a_body_at_work_keeps_its_tiling(self):
+        def half(side):
+            return lambda x: np.maximum(np.linalg.norm(x - 12, axis=1) - 7, side * (x[:, 0] - 12.3))
+        tiling = springls.Tiling((24, 24, 24))
+        tiling.add_implicit(4, half(1))
+        tiling.add_implicit(9, half(-1))
+        body, other, before = tiling.body(4), tiling.body(9), tiling.state_hash
+        uses = [lambda: tiling.join(4, 9), lambda: tiling.body(9), lambda: other.count, lambda: body.count,
+                lambda: other.step(dt=1, velocity=lambda points, time: points), lambda: tiling.restore(b'')]
+        for use in uses:
+            def flow(points, *rest):
+                use()
+                return np.zeros_like(points)
+            for mover in (body, tiling):
+                with self.assertRaisesRegex(RuntimeError, 'cannot use'):
+                    mover.step(dt=1, velocity=flow)
+        self.assertEqual(tiling.state_hash, before)
+        self.assertEqual([body.count > 0, other.count > 0, tiling.labels], [True, True, [4, 9]])
 
     def test_tools(self):
         model = ball()
