@@ -136,7 +136,8 @@ build/web/%.html: examples/web/%.html
 build/npm/springls.wasm: packages/npm/springls.c springls.h | deps-npm
 	@mkdir -p $(@D)
 	$(SAY)NODE_PATH=/usr/share/nodejs emcc -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -DSPRINGLS_NO_OPENCL -msimd128 -fno-slp-vectorize --no-entry \
-	  -sALLOW_MEMORY_GROWTH=1 -sSTANDALONE_WASM=1 -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWARN_ON_UNDEFINED_SYMBOLS=0 -o $@ $<
+	  -sALLOW_MEMORY_GROWTH=1 -sSTANDALONE_WASM=1 -sERROR_ON_UNDEFINED_SYMBOLS=0 -sWARN_ON_UNDEFINED_SYMBOLS=0 \
+	  -Wl,-z,stack-size=1048576 -o $@ $<
 npm: build/npm/springls.wasm   ## a package of the library for JavaScript, for npm install: build/npm
 	@cd packages/npm && npm pack --silent --offline --pack-destination ../../build/npm
 

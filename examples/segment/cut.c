@@ -77,6 +77,40 @@ static bool mark_ball(const struct segment *run, const struct volume *grid, cons
     return true;
 }
 
+/* Are the seeds of both kinds in different voxels? No voxel is in the object and outside. */
+static bool seeds_agree(const struct segment *run, const struct volume *grid)
+{
+    const struct segment_settings *set = &run->settings;
+    for (int s = 0; s < set->seed_count; ++s) {
+        for (int o = 0; o < set->outside_count; ++o) {
+            const float *in = set->seeds[s], *out = set->outside_seeds[o];
+            float a[3], b[3];
+            volume_world_to_index(grid, in, a);
+            volume_world_to_index(grid, out, b);
+            if (roundf(a[0]) == roundf(b[0]) && roundf(a[1]) == roundf(b[1]) && roundf(a[2]) == roundf(b[2])) {
+                return segment_fail("--seed %g,%g,%g and --outside-seed %g,%g,%g lie in one voxel of the cut", (double)in[0], (double)in[1],
+                                    (double)in[2], (double)out[0], (double)out[1], (double)out[2]);
+            }
+        }
+    }
+    return true;
+}
+
+/* Are there marks of both kinds? A cut lies between them. */
+static bool both_kinds(const struct segment *run, const struct volume *grid, const uint8_t *marks, float radius)
+{
+    const float *seed = run->settings.seeds[0];
+    bool inside = false, outside = false;
+    for (size_t n = 0; n < volume_voxels(grid); ++n) {
+        inside = inside || marks[n] == SEED_INSIDE;
+        outside = outside || marks[n] == SEED_OUTSIDE;
+    }
+    return (inside && outside)
+        || segment_fail("the balls of %g mm around --seed %g,%g,%g%s leave no voxel %s: another --radius is needed", (double)radius,
+                        (double)seed[0], (double)seed[1], (double)seed[2], inside ? "" : " and --outside-seed",
+                        inside ? "that is not in the object" : "of the object");
+}
+
 /* Marks the balls around the seeds, and what is left of the image's border as outside. */
 static bool mark(const struct segment *run, const struct volume *grid, uint8_t *marks, float *nearest)
 {
@@ -99,7 +133,7 @@ static bool mark(const struct segment *run, const struct volume *grid, uint8_t *
     for (int s = 0; good && s < set->outside_count; ++s) {
         good = mark_ball(run, grid, set->outside_seeds[s], radius, SEED_OUTSIDE, marks, nearest);
     }
-    return good;
+    return good && seeds_agree(run, grid) && both_kinds(run, grid, marks, radius);
 }
 
 bool segment_cut(struct segment *run, struct volume *start)

@@ -161,9 +161,9 @@ static const char *read_seeds(const char *text, float seeds[SEGMENT_MAX_SEEDS][3
 /* A cut without a level is refined by what is in it and what is not: nothing else says which intensities are the object's. */
 static void choose_forces(struct segment_settings *set)
 {
-    const bool by_region = set->cut && isnan(set->pressure) && isnan(set->level) && !set->window_text && !(set->region > 0.0);
+    const bool by_region = set->cut && isnan(set->pressure) && isnan(set->level) && !set->window_text && isnan(set->region);
     set->pressure = !isnan(set->pressure) ? set->pressure : by_region ? 0.0 : 1.0;
-    set->region = by_region ? 1.0 : set->region;
+    set->region = !isnan(set->region) ? set->region : by_region ? 1.0 : 0.0;
 }
 
 static int check_usage(struct segment_settings *set)
@@ -186,8 +186,8 @@ static int check_usage(struct segment_settings *set)
         wrong = "without --pressure, --region and --gvf nothing moves the contour";
     } else if (set->compare_level_set && set->keep_topology) {
         wrong = "--compare-level-set goes without --topology preserved: the level set alone splits and merges";
-    } else {
-        wrong = read_all_objects(set);
+    } else if ((wrong = read_all_objects(set)) == NULL && set->cut && set->object_count > 1) {
+        wrong = "--cut finds one object: it goes with one --window";
     }
     return wrong ? cli_fail("segment", CLI_EXIT_USAGE, "%s", wrong) : CLI_CONTINUE;
 }
@@ -329,7 +329,7 @@ static bool find_objects(struct segment *run)
 
 int main(int argc, char **argv)
 {
-    struct segment run = {.settings = {.region_means = "band", .level = (double)NAN, .pressure = (double)NAN,
+    struct segment run = {.settings = {.region_means = "band", .level = (double)NAN, .pressure = (double)NAN, .region = (double)NAN,
                                        .curvature = 0.06, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
                                        .frame = -1, .min_volume = (double)NAN, .center = {NAN, NAN, NAN}}};
     const struct segment_settings *set = &run.settings;

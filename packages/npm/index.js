@@ -4,6 +4,8 @@
 const STATUS = ['OK', 'INVALID_ARGUMENT', 'OUT_OF_MEMORY', 'BAD_MESH', 'NON_FINITE', 'EMPTY_MODEL', 'CANCELLED', 'DEVICE_FAILED', 'BAD_SNAPSHOT'];
 const MODES = ['fluid', 'elastic', 'advect_only'];
 const OPERATIONS = ['union', 'intersection', 'difference'];
+const MODEL_OPTIONS = ['size', 'spacing', 'origin', 'direction', 'follow', 'params', 'paper'];
+const STEP_OPTIONS = ['dt', 'velocity', 'pressure', 'curvature', 'maxDisplacement', 'mode'];
 const KINDS = ['all', 'frame'];
 
 /** Reports a call that failed, in the words of the library. */
@@ -20,6 +22,25 @@ const refuse = message => { throw new SpringlsError('INVALID_ARGUMENT', message)
 function numberOf(name, names, what) {
   const number = names.indexOf(name);
   return number < 0 ? refuse(`${what}: '${name}' is none of ${names.join(', ')}`) : number;
+}
+
+/** Whole numbers that C's int holds; others would be wrapped without a word. */
+const isInteger = value => typeof value === 'number' && value === (value | 0);
+
+/** Refuses a key that is a mistake, such as a misspelt one: it would do nothing. */
+function checkKeys(options, names, what) {
+  if (typeof options !== 'object' || options === null) refuse(`${what}: options are needed, an object`);
+  for (const name of Object.keys(options)) {
+    if (!names.includes(name)) refuse(`${what}: there is no option ${name}; there are ${names.join(', ')}`);
+  }
+}
+
+function checkFunction(value, what) {
+  if (typeof value !== 'function') refuse(`${what} is no function`);
+}
+
+function checkNumber(value, what) {
+  if (typeof value !== 'number' || !Number.isFinite(value)) refuse(`${what} is no finite number: ${String(value)}`);
 }
 
 /** Holds the instance: its memory, and the functions of the caller's that the call in progress may run. */
@@ -48,8 +69,10 @@ class Library {
     const result = this.floats(out, count);
     if (!this.failure) {
       try {
-        this.callbacks[name](...values, result);
-        return;
+        const returned = this.callbacks[name](...values, result);
+        if (typeof returned?.then !== 'function') return;
+        returned.then(undefined, () => {});   // what it is rejected with is of no account any more
+        refuse(`${name}: a callback may not be async, it has to be done when it returns`);
       } catch (error) {
         this.failure = {error};
       }
@@ -110,15 +133,19 @@ class Model {
   #library;
   #address;
 
-  constructor(library, {size, spacing = [0, 0, 0], origin = [0, 0, 0], direction = new Array(9).fill(0), follow = false, params, paper = false} = {}) {
+  constructor(library, options = {}) {
+    checkKeys(options, MODEL_OPTIONS, 'create');
+    const {size, spacing = [0, 0, 0], origin = [0, 0, 0], direction = new Array(9).fill(0), follow = false, params, paper = false} = options;
     this.#library = library;
     library.call(wasm => {
       const voxels = typeof size === 'number' ? [size, size, size] : vector(size ?? [], 3, 'size');
-      const sizes = library.put(voxels, Int32Array);
+      if (voxels.some(n => !isInteger(n))) refuse(`size: whole numbers are needed, not ${voxels.join(', ')}`);
+      const sizes = library.put(voxels, Int32Array), status = library.allocate(4);
       const place = library.put([...vector(spacing, 3, 'spacing'), ...vector(origin, 3, 'origin'), ...vector(direction, 9, 'direction')], Float64Array);
-      if (voxels.some(n => !Number.isInteger(n))) refuse('size: whole numbers are needed');
-      this.#address = wasm.create(sizes, place, follow);
-      if (!this.#address) throw new SpringlsError('INVALID_ARGUMENT', library.text(wasm.create_error(sizes, place, follow)));
+      this.#address = wasm.create(sizes, place, follow, status);
+      if (!this.#address) {
+        throw new SpringlsError(STATUS[-library.integers(status, 1)[0]], library.text(wasm.create_error(sizes, place, follow)));
+      }
     });
     try {
       if (params || paper) this.setParams(params ?? {}, paper);
@@ -141,11 +168,14 @@ class Model {
 
   setParams(members, paper = false) {
     const library = this.#library;
+    if (typeof members !== 'object' || members === null) refuse('params: an object is needed');
     this.#call((wasm, model) => {
       wasm.get_params(model, paper);
       for (const [name, value] of Object.entries(members)) {
         if (typeof value !== 'number' && typeof value !== 'boolean') refuse(`params: ${name} is no number`);
-        if (!wasm.parameter(library.putText(name), Number(value))) refuse(`params: there is no ${name}`);
+        const found = wasm.parameter(library.putText(name), Number(value));
+        if (!found) refuse(`params: there is no ${name}`);
+        if (found === 2) refuse(`params: ${name} is a whole number of 32 bits, not ${value}`);
       }
       return {status: wasm.set_params(model)};
     });
@@ -167,14 +197,28 @@ class Model {
 
   #voxels() { return this.#call((wasm, model) => ({result: wasm.voxels(model)})); }
 
-  setImplicit(distance) { this.#call((wasm, model) => ({status: wasm.set_implicit(model)}), {distance}); }
+  setImplicit(distance) {
+    checkFunction(distance, 'setImplicit: distance');
+    this.#call((wasm, model) => ({status: wasm.set_implicit(model)}), {distance});
+  }
 
-  step({dt = 0, velocity, pressure, curvature = 0, maxDisplacement = 2, mode = 'fluid'} = {}) {
+  step(options = {}) {
+    checkKeys(options, STEP_OPTIONS, 'step');
+    const {dt = 0, velocity, pressure, curvature = 0, maxDisplacement = 2, mode = 'fluid'} = options;
+    for (const [name, value] of Object.entries({velocity, pressure})) {
+      if (value !== undefined && value !== null) checkFunction(value, `step: ${name}`);
+    }
+    for (const [name, value] of Object.entries({dt, curvature, maxDisplacement})) {
+      if (typeof value !== 'number') refuse(`step: ${name} is no number`);
+    }
     const forces = (velocity ? 1 : 0) | (pressure ? 2 : 0), number = numberOf(mode, MODES, 'mode');
     this.#call((wasm, model) => ({status: wasm.step(model, number, forces, curvature, dt, maxDisplacement)}), {velocity, pressure});
   }
 
-  settle(steps = 100) { this.#call((wasm, model) => ({status: wasm.settle(model, steps)})); }
+  settle(steps = 100) {
+    if (!isInteger(steps)) refuse(`settle: a whole number of steps is needed, not ${String(steps)}`);
+    this.#call((wasm, model) => ({status: wasm.settle(model, steps)}));
+  }
 
   combine(operation, other) {
     const number = numberOf(operation, OPERATIONS, 'combine');
@@ -229,7 +273,10 @@ class Model {
 
   get count() { return this.#call((wasm, model) => ({result: wasm.count(model)})); }
   get time() { return this.#call((wasm, model) => ({result: wasm.time(model)})); }
-  set time(value) { this.#call((wasm, model) => (wasm.set_time(model, value), {})); }
+  set time(value) {
+    checkNumber(value, 'time');
+    this.#call((wasm, model) => (wasm.set_time(model, value), {}));
+  }
   stateHash() { return this.#call((wasm, model) => ({result: this.#library.text(wasm.state_hash(model))})); }
 
   destroy() {

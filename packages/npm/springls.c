@@ -48,12 +48,12 @@ static springls_desc describe(const int *size, const double *place, bool follow)
     return desc;
 }
 
-/* Creates a model, or returns NULL. */
-JS_EXPORT(create) springls_context *js_create(const int *size, const double *place, bool follow)
+/* Creates a model, or returns NULL and writes the status. */
+JS_EXPORT(create) springls_context *js_create(const int *size, const double *place, bool follow, int *status)
 {
     const springls_desc desc = describe(size, place, follow);
     springls_context *ctx;
-    springls_create(&desc, &ctx);
+    *status = springls_create(&desc, &ctx);
     return ctx;
 }
 
@@ -76,13 +76,20 @@ JS_EXPORT(get_params) void js_get_params(const springls_context *ctx, bool paper
     params = paper ? springls_paper_params() : springls_get_params(ctx);
 }
 
-/* Changes a parameter; false: there is none of this name. */
-JS_EXPORT(parameter) bool js_parameter(const char *name, double value)
+static int set_integer(void *member, double value)
 {
-#define REAL(member, low, high) if (strcmp(name, #member) == 0) return params.member = (float)value, true;
-#define INTEGER(member, low, high) if (strcmp(name, #member) == 0) return memcpy(&params.member, &(int){(int)value}, sizeof(int)), true;
+    const int integer = value >= INT32_MIN && value <= INT32_MAX ? (int)value : 0;
+    memcpy(member, &integer, sizeof integer);
+    return (double)integer == value ? 1 : 2;
+}
+
+/* Changes a parameter; 0: there is none of this name; 2: it is an integer, which the value is not. */
+JS_EXPORT(parameter) int js_parameter(const char *name, double value)
+{
+#define REAL(member, low, high) if (strcmp(name, #member) == 0) return params.member = (float)value, 1;
+#define INTEGER(member, low, high) if (strcmp(name, #member) == 0) return set_integer(&params.member, value);
     SPRINGLS__PARAMS(REAL, INTEGER)
-    return false;
+    return 0;
 }
 
 JS_EXPORT(set_params) int js_set_params(springls_context *ctx) { return springls_set_params(ctx, &params); }

@@ -150,7 +150,7 @@ IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prep
 quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')
 
 imaging:   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
-	@$(DEPS) examples scan
+	@$(DEPS) examples scan maxflow
 	@$(MAKE) --no-print-directory $(IMAGING_PROGRAMS)
 	@$(if $(filter 1,$(KEEP)),,rm -rf build/imaging)
 	@build/bench/imaging --templates $(patsubst %/,%,$(dir $(HEAD_SCAN))) $(call quoted,image,$(IMAGE)) $(call quoted,level,$(LEVEL)) \

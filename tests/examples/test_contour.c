@@ -604,6 +604,18 @@ TEST cut_parts_what_is_as_bright(void)
         ASSERT_IN_RANGE(0.75, number_in("cut/report.json", "stay_mm"), 1e-6);
         volume_free(&found);
     }
+    const int there = max_flow_is_there();
+    snprintf(words, sizeof words, "%s --cut --seed 19.5,18,18 --region 0 --no-pictures --out %s", in_folder("pair.nii"), in_folder("cut"));
+    ASSERT_EQ(there ? 0 : 2, call(words));
+    if (there) {
+        ASSERT_EQ(0.0, number_in("cut/report.json", "region"));
+        ASSERT_EQ(1.0, number_in("cut/report.json", "pressure"));
+    }
+    static const char *const refused[] = {"2--window 50,150;150,250", "1--outside-seed 19.6,18,18", "1--radius 500"};
+    for (size_t r = 0; r < sizeof refused / sizeof *refused; ++r) {
+        snprintf(words, sizeof words, "%s --cut --seed 19.5,18,18 %s", in_folder("pair.nii"), refused[r] + 1);
+        ASSERT_EQ(there ? refused[r][0] - '0' : 2, call(words));
+    }
     struct volume large = v; /* more voxels than a cut may have, by its sizes alone */
     large.dims[0] *= 400;
     ASSERT_IN_RANGE(1.5f * cbrtf(400.0f * 40.0f * 24.0f * 24.0f / 4e6f), segment_cut_side(&large), 1e-4f);

@@ -1,7 +1,7 @@
 #!/bin/bash
 # packages.sh [NAME]: does a program find springls through each package system? Every check begins in a folder of its own, with what it
 # installs there; NAME: that one alone. From the repository's root; prints what fails, and "N passed, N failed". Systems that are missing
-# are skipped.
+# are skipped, but one that is named fails.
 set -u
 only=${1:-}
 root=$PWD out=$PWD/build/packages
@@ -148,5 +148,6 @@ else echo 'skip wheel: the system has no Python with cffi, numpy and venv (pytho
 if python3 -m pip --version > /dev/null 2>&1; then check pip-wheel pip_wheel python3; else echo 'skip pip-wheel: there is no pip'; fi
 if command -v emcc > /dev/null && command -v npm > /dev/null; then check npm npm_package
 else echo 'skip npm: emcc or npm is missing (emscripten, npm)'; fi
+if [ -n "$only" ] && [ $((passed + failed)) = 0 ]; then failed=1; echo "FAIL $only: there is no such check, or what it needs is missing"; fi
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]

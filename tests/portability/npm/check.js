@@ -27,6 +27,17 @@ function closed(triangles) {
   return [...edges].every(edge => edges.has(edge.split(' ').reverse().join(' ')));
 }
 
+/** Loads a library in whose memory nothing of 1024 bytes has room. */
+async function loadFull(source) {
+  const {instantiate} = WebAssembly;
+  let made;
+  WebAssembly.instantiate = async (...given) => made = await instantiate.apply(WebAssembly, given);
+  const springls = await load(source).finally(() => { WebAssembly.instantiate = instantiate; });
+  const {allocate} = (made.instance ?? made).exports;
+  for (let bytes = 2 ** 30; bytes >= 1024; bytes /= 2) while (allocate(bytes));
+  return springls;
+}
+
 function thrown(work) {
   try {
     work();
@@ -83,6 +94,26 @@ export async function check(native, source) {
 
   refused('INVALID_ARGUMENT', /size/, () => springls.create({size: 2}));
   refused('INVALID_ARGUMENT', /size/, () => springls.create({size: [32, 32]}));
+  for (const n of [2 ** 32 + 32, 32.5, NaN, Infinity]) {
+    refused('INVALID_ARGUMENT', /size: whole/, () => springls.create({size: n}));
+    refused('INVALID_ARGUMENT', /size: whole/, () => springls.create({size: [32, n, 32]}));
+    refused('INVALID_ARGUMENT', new RegExp(`settle: .* ${n}$`), () => model.settle(n));
+  }
+  for (const value of [2 ** 32 + 1, 0.5, NaN]) {
+    refused('INVALID_ARGUMENT', new RegExp(`keep_edges .* not ${value}$`), () => springls.create({...grid, params: {keep_edges: value}}));
+  }
+  refused('INVALID_ARGUMENT', /create: there is no option spacings/, () => springls.create({...grid, spacings: 1}));
+  refused('INVALID_ARGUMENT', /step: there is no option velocities/, () => model.step({velocities: drift}));
+  refused('INVALID_ARGUMENT', /options/, () => model.step(1));
+  refused('INVALID_ARGUMENT', /velocity is no function/, () => model.step({dt: 1, velocity: [1, 0, 0]}));
+  refused('INVALID_ARGUMENT', /distance is no function/, () => model.setImplicit(1));
+  refused('INVALID_ARGUMENT', /dt is no number/, () => model.step({dt: '1'}));
+  refused('INVALID_ARGUMENT', /time .* NaN/, () => { model.time = NaN; });
+  refused('INVALID_ARGUMENT', /velocity: .* async/, () => model.step({dt: 1, velocity: async (points, time, out) => out.fill(0)}));
+  refused('INVALID_ARGUMENT', /velocity: .* async/, () => model.step({dt: 1, velocity: async () => { throw new Error('late'); }}));
+  test(model.time == 7, 'what is refused leaves the model');
+  const full = await loadFull(source);
+  refused('OUT_OF_MEMORY', /create: out of memory/, () => full.create(grid));
   refused('INVALID_ARGUMENT', /no keep_edge$/, () => springls.create({...grid, params: {keep_edge: 1}}));
   refused('INVALID_ARGUMENT', /min_angle/, () => springls.create({...grid, params: {min_angle: 90}}));
   refused('BAD_MESH', /position 1 of 1/, () => other.setMesh([0, 0, 0], [0, 1, 2]));
