@@ -50963,6 +50963,7 @@ SPRINGLS__FN void springls__take_neighbors(springls_tiling *tiling)
 #define SPRINGLS__WALL_SLACK 0.15f  /* voxel: the dead band                                                          */
 #define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
 #define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
+#define SPRINGLS__FILM_REFUSED (-FLT_MAX) /* a gap where the callback of films gives what it must not     */
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
 /* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
@@ -51111,13 +51112,30 @@ SPRINGLS__FN springls_film springls__film_between(const springls_tiling_step_des
                               : SPRINGLS_FILM_PART;
 }
 
-/* Returns how near two bodies come before what is between them parts. */
+SPRINGLS__FN bool springls__film_is_valid(springls_film film, float thickness)
+{
+    return (film == SPRINGLS_FILM_PART || film == SPRINGLS_FILM_JOIN) && thickness >= 0.0f && thickness <= SPRINGLS__WALL_REACH;
+}
+
+/* Fails with what the callback of films gives between two labels. */
+SPRINGLS__FN springls_status springls__refuse_film(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                   int32_t low, int32_t high)
+{
+    float thickness;
+    const springls_film film = springls__film_between(desc, low, high, &thickness);
+    return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
+                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
+                          (double)thickness, (long)low, (long)high, (double)SPRINGLS__WALL_REACH);
+}
+
+/* Returns how near two bodies come before what is between them parts; FILM_REFUSED: the callback gives what it must not. */
 SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other)
 {
     const int32_t own = job->tiling->body[job->own].label, label = job->tiling->body[other].label;
     float thickness = SPRINGLS__WALL_TOUCH;
-    if (own > 0 && label > 0) springls__film_between(job->desc, own, label, &thickness);
-    return thickness;
+    springls_film film = SPRINGLS_FILM_PART;
+    if (own > 0 && label > 0) film = springls__film_between(job->desc, own, label, &thickness);
+    return springls__film_is_valid(film, thickness) ? thickness : SPRINGLS__FILM_REFUSED;
 }
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
@@ -51130,12 +51148,14 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     const int own = job->own;
     const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
                        && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
-    float d = 0.0f;
+    float d = 0.0f, touching;
     int other;
     if (there && faced > 0) return faced;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
+    touching = faced == 0 && other >= 0 ? springls__touching(job, other) : 0.0f;
     if (faced < 0) *gap = other >= 0 ? d : FLT_MAX;
-    else if (faced == 0 && other >= 0 && d < springls__touching(job, other) && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
+    else if (touching < 0.0f) *gap = touching;
+    else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
@@ -51159,6 +51179,24 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
     }
 }
 
+/* Fails where the callback of films gave what it must not, for the least such pair of labels. */
+SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    int32_t low = 0, high = 0;
+    int i, k;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const float *gap = (const float *)tiling->gap.data + body->first, *facing = springls__facing_values(body);
+        for (k = 0; k < body->ctx->model.set.count; k++) {
+            const int32_t label = (int32_t)facing[k], a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
+            if (gap[k] > SPRINGLS__FILM_REFUSED || (low > 0 && (a > low || (a == low && b >= high)))) continue;
+            low = a;
+            high = b;
+        }
+    }
+    return low > 0 ? springls__refuse_film(tiling, call, desc, low, high) : SPRINGLS_OK;
+}
+
 /* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
 SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                       bool move)
@@ -51180,7 +51218,7 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
         springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
     }
     tiling->facing_known = true;
-    return SPRINGLS_OK;
+    return springls__check_films(tiling, call, desc);
 }
 
 /* Gives all springls what they face, where that is not known of some. */
@@ -51333,10 +51371,7 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
     float thickness;
     const springls_film film = springls__film_between(desc, pair->low, pair->high, &thickness);
     *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET && pair->gap <= drawn * (double)pair->springls;
-    if ((film == SPRINGLS_FILM_PART || film == SPRINGLS_FILM_JOIN) && thickness >= 0.0f && thickness <= SPRINGLS__WALL_REACH) return SPRINGLS_OK;
-    return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
-                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
-                          (double)thickness, (long)pair->low, (long)pair->high, (double)SPRINGLS__WALL_REACH);
+    return springls__film_is_valid(film, thickness) ? SPRINGLS_OK : springls__refuse_film(tiling, call, desc, pair->low, pair->high);
 }
 
 /* Returns whether a label takes part in a join that has been prepared. */

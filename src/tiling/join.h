@@ -106,10 +106,7 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
     float thickness;
     const springls_film film = springls__film_between(desc, pair->low, pair->high, &thickness);
     *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET && pair->gap <= drawn * (double)pair->springls;
-    if ((film == SPRINGLS_FILM_PART || film == SPRINGLS_FILM_JOIN) && thickness >= 0.0f && thickness <= SPRINGLS__WALL_REACH) return SPRINGLS_OK;
-    return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
-                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
-                          (double)thickness, (long)pair->low, (long)pair->high, (double)SPRINGLS__WALL_REACH);
+    return springls__film_is_valid(film, thickness) ? SPRINGLS_OK : springls__refuse_film(tiling, call, desc, pair->low, pair->high);
 }
 
 /* Returns whether a label takes part in a join that has been prepared. */

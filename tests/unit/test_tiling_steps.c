@@ -187,6 +187,36 @@ TEST films_part_or_join(springls_film film, float thickness, int steps)
     PASS();
 }
 
+/* What the callback must not give is refused before bodies touch, and nothing has changed. */
+TEST wrong_films_are_refused(void)
+{
+    static const rule wrong[3] = { { 0.0f, SPRINGLS_FILM_PART, -0.1f }, { 0.0f, SPRINGLS_FILM_JOIN, 0.95f }, { 0.0f, (springls_film)2, 0.3f } };
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    part first = part_at(8.2f, 13.6f, 13.3f, 5.1f, 0), second = part_at(18.9f, 13.6f, 13.3f, 5.1f, 0);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    rule r = wrong[0];
+    uint64_t before;
+    int i;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, part_of_ball, &first));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 2, part_of_ball, &second));
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    before = springls_tiling_state_hash(tiling);
+    step.film = film_of;
+    step.user = &r;
+    for (i = 0; i < 4; i++) {
+        r = wrong[i % 3];
+        if (i == 3) r.thickness = (float)NAN;
+        ASSERT_STATUS(i < 3 ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE, springls_tiling_step(tiling, &step, NULL));
+        ASSERT(error_has(tiling, "labels 1 and 2"));
+        ASSERT(before == springls_tiling_state_hash(tiling));
+    }
+    r.film = SPRINGLS_FILM_PART;
+    r.thickness = 0.06f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* Two halves become the ball that they are parts of: that of label 0's model. */
 TEST halves_join(void)
 {
@@ -767,6 +797,7 @@ int main(int argc, char **argv)
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.06f, 9);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.6f, 8);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_JOIN, 0.3f, 9);
+    RUN_TEST(wrong_films_are_refused);
     RUN_TEST(halves_join);
     RUN_TESTp(bubbles_keep_their_volumes, 1.0f);
     RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
