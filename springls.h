@@ -881,6 +881,7 @@
      >>cell_marks           src/tools/cell_marks.h
      >>combine_undo         src/tools/combine_undo.h
      >>combined_originals   src/tools/combined_originals.h
+     >>bvh_join             src/model/bvh_join.h
      >>completion           src/tools/completion.h
      >>remodel              src/tools/remodel.h
      >>set_labels           src/tiling/set_labels.h
@@ -6324,7 +6325,7 @@ enum {
 SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
-   0, the parent of nodes first and first+1. Children follow their parents, but for a root that springls__surface_join has moved. */
+   0, the parent of nodes first and first+1. Children follow their parents in a hierarchy that is built at once. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
 /* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
@@ -6338,9 +6339,10 @@ typedef struct springls__surface {
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
-    int joins;              /* of the hierarchies joined in it: it is at most this much deeper than built at once */
+    int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
+                               those that join them (bvh_join.h); 0: it was built at once                       */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
-    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
+    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory;
 } springls__surface;
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
@@ -13795,11 +13797,9 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join adds one level,
-   SPRINGLS__BVH_JOINS at most. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). */
 
-/* JOINS: the most joins in one hierarchy; each adds a level to every search, so that beyond these it is built again. */
-enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
+enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
@@ -13822,6 +13822,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->nodes_memory);
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
+    springls__buffer_free(ctx, &surface->parts_memory);
     memset(surface, 0, sizeof *surface);
 }
 
@@ -13829,13 +13830,13 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
 SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
 {
     return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
-         + surface->dipoles_memory.bytes + surface->source_memory.bytes;
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
-    surface->count = surface->given = surface->node_count = surface->joins = 0;
+    surface->count = surface->given = surface->node_count = surface->parts = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
 }
@@ -13945,17 +13946,22 @@ SPRINGLS__FN void springls__bvh_bound_node(const springls__surface *surface, spr
     }
 }
 
-/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
-SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+/* Finds the largest coordinate: the root has its bounds, if there are triangles. */
+SPRINGLS__FN void springls__bvh_magnitude(springls__surface *surface)
 {
     int k;
-    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
-    if (progress->unbound > 0) return;
     surface->magnitude = 0.0f;
-    for (k = 0; k < 3; k++) {
+    for (k = 0; k < 3 && surface->count; k++) {
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].lower[k]));
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].upper[k]));
     }
+}
+
+/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
+SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+{
+    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
+    if (progress->unbound == 0) springls__bvh_magnitude(surface);
 }
 
 /* Makes room for the corners of n triangles; keeps the first `keep`. */
@@ -13967,23 +13973,21 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
-/* Makes room for the hierarchy of n triangles; keep: the triangles whose nodes are kept, or 0. */
-SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+/* Makes room for a hierarchy of n triangles and so many nodes; keep: the triangles whose nodes are kept, or 0. */
+SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t nodes, size_t keep)
 {
-    const size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
-    const size_t most_nodes = n + SPRINGLS__BVH_JOINS;
+    const size_t kept = keep ? ((size_t)surface->node_count + 2 * (size_t)surface->parts) * sizeof(springls__bvh_node) : 0;
     springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
-    if (status == SPRINGLS_OK)
-        status = springls__buffer_grow(ctx, &surface->nodes_memory, most_nodes, sizeof(springls__bvh_node), nodes);
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, nodes, sizeof(springls__bvh_node), kept);
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
     return status;
 }
 
-/* Makes room for n triangles; keeps the first `keep` and their nodes. */
+/* Makes room for n triangles, to be built at once; keeps the first `keep` and their nodes. */
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
-    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, keep);
+    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, n, keep);
     return status == SPRINGLS_OK ? of_nodes : status;
 }
 
@@ -14016,7 +14020,7 @@ SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int 
         items[i].triangle = i;
     }
     surface->count = surface->given = count;
-    surface->joins = 0;
+    surface->parts = 0;
     springls__bvh_begin(surface, progress);
 }
 
@@ -14047,46 +14051,6 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     items = (springls__bvh_item *)ctx->bvh_memory.data;
     springls__surface_build_begin(surface, count, items, &progress);
     while (springls__surface_build_more(surface, items, &progress, INT32_MAX)) { }
-    return SPRINGLS_OK;
-}
-
-/* Hangs the old root and that of another hierarchy below a new root. Its triangles come after those of the surface, as the caller
-   has written them. */
-SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls__surface *other)
-{
-    springls__bvh_node *node = surface->nodes, *beside = node + surface->node_count;
-    int i, k;
-    beside[0] = node[0];
-    for (i = 0; i < other->node_count; i++) {
-        beside[1 + i] = other->nodes[i];
-        beside[1 + i].first += other->nodes[i].count ? surface->count : surface->node_count + 1;
-    }
-    for (i = 0; i < other->count; i++) surface->order[surface->count + i] = surface->count + other->order[i];
-    node[0].first = surface->node_count;
-    node[0].count = 0;
-    for (k = 0; k < 3; k++) {
-        node[0].lower[k] = springls__min(beside[0].lower[k], beside[1].lower[k]);
-        node[0].upper[k] = springls__max(beside[0].upper[k], beside[1].upper[k]);
-    }
-    surface->node_count += 1 + other->node_count;
-    surface->count += other->count;
-    surface->magnitude = springls__max(surface->magnitude, other->magnitude);
-}
-
-/* Adds to the hierarchy of a surface the triangles of another one, which the caller has written after its own; there is room for
-   both (springls__surface_room). The surface has no dipoles any more. On failure it is as it was. */
-SPRINGLS__FN springls_status springls__surface_join(springls_context *ctx, springls__surface *surface,
-                                                    const springls__surface *other)
-{
-    const int given = surface->given + other->given, joins = surface->joins + other->joins + 1;
-    if (!surface->count || !other->count || joins > SPRINGLS__BVH_JOINS) {
-        SPRINGLS__TRY(springls__surface_finish(ctx, surface, surface->count + other->count));
-    } else {
-        springls__bvh_join(surface, other);
-        surface->joins = joins;
-    }
-    surface->given = given;
-    surface->dipoles = NULL;
     return SPRINGLS_OK;
 }
 
@@ -35258,7 +35222,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1209 \"springls.h\"\n",
+    "#line 1210 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35372,7 +35336,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2619 \"springls.h\"\n",
+    "#line 2620 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35488,7 +35452,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2736 \"springls.h\"\n",
+    "#line 2737 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35510,7 +35474,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2759 \"springls.h\"\n",
+    "#line 2760 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35525,7 +35489,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2775 \"springls.h\"\n",
+    "#line 2776 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35649,7 +35613,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2899 \"springls.h\"\n",
+    "#line 2900 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -35719,7 +35683,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2970 \"springls.h\"\n",
+    "#line 2971 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -35939,7 +35903,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3191 \"springls.h\"\n",
+    "#line 3192 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35954,7 +35918,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3206 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36078,14 +36042,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3330 \"springls.h\"\n",
+    "#line 3331 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3338 \"springls.h\"\n",
+    "#line 3339 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36211,7 +36175,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3465 \"springls.h\"\n",
+    "#line 3466 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36266,7 +36230,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3521 \"springls.h\"\n",
+    "#line 3522 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36355,7 +36319,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3611 \"springls.h\"\n",
+    "#line 3612 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36367,7 +36331,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3623 \"springls.h\"\n",
+    "#line 3624 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36382,7 +36346,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3639 \"springls.h\"\n",
+    "#line 3640 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36426,7 +36390,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3683 \"springls.h\"\n",
+    "#line 3684 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36441,7 +36405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3698 \"springls.h\"\n",
+    "#line 3699 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36485,7 +36449,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3742 \"springls.h\"\n",
+    "#line 3743 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -36564,7 +36528,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3821 \"springls.h\"\n",
+    "#line 3822 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36579,7 +36543,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3837 \"springls.h\"\n",
+    "#line 3838 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36646,7 +36610,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3904 \"springls.h\"\n",
+    "#line 3905 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36661,7 +36625,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3919 \"springls.h\"\n",
+    "#line 3920 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36728,7 +36692,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3987 \"springls.h\"\n",
+    "#line 3988 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37114,7 +37078,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4374 \"springls.h\"\n",
+    "#line 4375 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -37823,7 +37787,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5084 \"springls.h\"\n",
+    "#line 5085 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38083,7 +38047,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5345 \"springls.h\"\n",
+    "#line 5346 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38285,7 +38249,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5548 \"springls.h\"\n",
+    "#line 5549 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38402,7 +38366,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5666 \"springls.h\"\n",
+    "#line 5667 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -38599,7 +38563,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5863 \"springls.h\"\n",
+    "#line 5864 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38614,7 +38578,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5879 \"springls.h\"\n",
+    "#line 5880 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38808,7 +38772,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6073 \"springls.h\"\n",
+    "#line 6074 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38823,7 +38787,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6088 \"springls.h\"\n",
+    "#line 6089 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39017,7 +38981,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6895 \"springls.h\"\n",
+    "#line 6897 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39417,7 +39381,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7296 \"springls.h\"\n",
+    "#line 7298 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39443,7 +39407,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7323 \"springls.h\"\n",
+    "#line 7325 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39531,7 +39495,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7412 \"springls.h\"\n",
+    "#line 7414 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -39671,7 +39635,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7553 \"springls.h\"\n",
+    "#line 7555 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -39776,7 +39740,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7659 \"springls.h\"\n",
+    "#line 7661 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40008,7 +39972,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7892 \"springls.h\"\n",
+    "#line 7894 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40038,7 +40002,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7922 \"springls.h\"\n",
+    "#line 7924 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40053,7 +40017,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7938 \"springls.h\"\n",
+    "#line 7940 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40222,7 +40186,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8107 \"springls.h\"\n",
+    "#line 8109 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40237,7 +40201,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8122 \"springls.h\"\n",
+    "#line 8124 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40406,7 +40370,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8291 \"springls.h\"\n",
+    "#line 8293 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40460,7 +40424,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8346 \"springls.h\"\n",
+    "#line 8348 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40486,7 +40450,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8372 \"springls.h\"\n",
+    "#line 8374 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40501,7 +40465,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8388 \"springls.h\"\n",
+    "#line 8390 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40584,7 +40548,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8471 \"springls.h\"\n",
+    "#line 8473 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40599,7 +40563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8486 \"springls.h\"\n",
+    "#line 8488 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40682,7 +40646,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8569 \"springls.h\"\n",
+    "#line 8571 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -40756,7 +40720,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8644 \"springls.h\"\n",
+    "#line 8646 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41309,7 +41273,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9198 \"springls.h\"\n",
+    "#line 9200 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41405,7 +41369,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9295 \"springls.h\"\n",
+    "#line 9297 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41526,7 +41490,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9417 \"springls.h\"\n",
+    "#line 9419 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -41807,7 +41771,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9699 \"springls.h\"\n",
+    "#line 9701 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -41893,7 +41857,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9786 \"springls.h\"\n",
+    "#line 9788 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42036,7 +42000,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9930 \"springls.h\"\n",
+    "#line 9932 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42225,7 +42189,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10120 \"springls.h\"\n",
+    "#line 10122 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42350,7 +42314,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10246 \"springls.h\"\n",
+    "#line 10248 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42384,7 +42348,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10281 \"springls.h\"\n",
+    "#line 10283 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -42922,7 +42886,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10820 \"springls.h\"\n",
+    "#line 10822 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43072,7 +43036,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10971 \"springls.h\"\n",
+    "#line 10973 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43150,7 +43114,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11050 \"springls.h\"\n",
+    "#line 11052 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43399,7 +43363,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11300 \"springls.h\"\n",
+    "#line 11302 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -43624,7 +43588,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11526 \"springls.h\"\n",
+    "#line 11528 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -43728,7 +43692,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11631 \"springls.h\"\n",
+    "#line 11633 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -43825,7 +43789,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11729 \"springls.h\"\n",
+    "#line 11731 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44363,7 +44327,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12268 \"springls.h\"\n",
+    "#line 12270 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44396,7 +44360,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12302 \"springls.h\"\n",
+    "#line 12304 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44421,14 +44385,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12328 \"springls.h\"\n",
+    "#line 12330 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12335 \"springls.h\"\n",
+    "#line 12337 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44443,7 +44407,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12351 \"springls.h\"\n",
+    "#line 12353 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44569,7 +44533,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12477 \"springls.h\"\n",
+    "#line 12479 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44584,7 +44548,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12492 \"springls.h\"\n",
+    "#line 12494 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44710,7 +44674,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12619 \"springls.h\"\n",
+    "#line 12621 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45002,7 +44966,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12912 \"springls.h\"\n",
+    "#line 12914 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45137,7 +45101,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17620 \"springls.h\"\n",
+    "#line 17584 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46228,7 +46192,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18712 \"springls.h\"\n",
+    "#line 18676 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46838,7 +46802,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19323 \"springls.h\"\n",
+    "#line 19287 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47435,7 +47399,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47439 \"springls.h\"\n",
+    "#line 47403 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -48128,6 +48092,130 @@ SPRINGLS__FN void springls__undo_back(springls_context *ctx, const springls__und
     if (undo->found) ctx->components_version = springls__components_source(ctx);
 }
 
+/* ======== >>bvh_join  (src/model/bvh_join.h) =================================================================== */
+/* bvh_join.h - joins hierarchies: each stays a part, and a few nodes above hang the parts below one root. So it costs what is added. What
+   is closest, and what is near, does not depend on how triangles lie in a hierarchy. */
+
+/* Returns how many parts a hierarchy has, and their roots. */
+SPRINGLS__FN int springls__bvh_parts(const springls__surface *surface, const springls__bvh_node **root)
+{
+    *root = surface->parts ? (const springls__bvh_node *)surface->parts_memory.data : surface->nodes;
+    return surface->parts ? surface->parts : surface->count > 0;
+}
+
+/* Makes room for the hierarchy of a surface and that of another one: of n triangles together, `keep` of them in `to` already. */
+SPRINGLS__FN springls_status springls__parts_room(springls_context *ctx, springls__surface *to, const springls__surface *surface,
+                                                  const springls__surface *other, size_t n, size_t keep)
+{
+    const springls__bvh_node *root;
+    const size_t parts = (size_t)springls__bvh_parts(surface, &root) + (size_t)springls__bvh_parts(other, &root);
+    const size_t nodes = 1 + (size_t)surface->node_count + (size_t)other->node_count + 2 * parts;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &to->parts_memory, parts + 1, sizeof *root, (size_t)to->parts * sizeof *root));
+    return springls__nodes_room(ctx, to, n, nodes, keep);
+}
+
+/* Triangles that are copied from one hierarchy to another: as number[i], -1: left out, or, where that is NULL, as i + shift. */
+typedef struct springls__bvh_copy {
+    const springls__surface *from;
+    springls__surface *to;  /* has points for all of them */
+    const int *number;
+    int shift, placed;      /* placed: triangles of `to` in its order */
+} springls__bvh_copy;
+
+/* Copies a node, and what is below it. A node of few triangles becomes a leaf, and one without stays out. Returns how many it has. */
+SPRINGLS__FN int springls__bvh_copy_node(springls__bvh_copy *copy, const springls__bvh_node *node, springls__bvh_node *out)
+{
+    const int first = copy->placed, beside = copy->to->node_count;
+    int i, left = 0;
+    for (i = node->first; i < node->first + node->count; i++) {
+        const int triangle = copy->from->order[i], number = copy->number ? copy->number[triangle] : triangle + copy->shift;
+        if (number >= 0) copy->to->order[copy->placed++] = number;
+    }
+    if (!node->count) {
+        springls__bvh_node *child = &copy->to->nodes[beside];
+        copy->to->node_count += 2;
+        left = springls__bvh_copy_node(copy, &copy->from->nodes[node->first], &child[0]);
+        springls__bvh_copy_node(copy, &copy->from->nodes[node->first + 1], &child[1]);
+    }
+    out->count = copy->placed - first;
+    out->first = first;
+    if (out->count <= SPRINGLS__BVH_LEAF) {
+        copy->to->node_count = beside;
+        if (out->count == 0) return 0;
+    } else if (left == 0 || left == out->count) {
+        *out = copy->to->nodes[beside + (left == 0)];
+        return copy->placed - first;
+    } else {
+        out->first = beside;
+        out->count = 0;
+    }
+    springls__bvh_bound_node(copy->to, out);
+    return copy->placed - first;
+}
+
+/* Copies part i of a hierarchy as a part of another one, which has at least one already or is empty; one without triangles is left out. */
+SPRINGLS__FN void springls__bvh_copy_part(springls__bvh_copy *copy, int i)
+{
+    const springls__bvh_node *root;
+    springls__bvh_node *own = (springls__bvh_node *)copy->to->parts_memory.data;
+    springls__bvh_parts(copy->from, &root);
+    if (springls__bvh_copy_node(copy, &root[i], &own[copy->to->parts]) > 0) copy->to->parts++;
+}
+
+/* Makes a hierarchy one that parts can be joined to: its own root, if it has one, becomes that of a part. */
+SPRINGLS__FN void springls__bvh_make_parts(springls__surface *surface)
+{
+    if (surface->parts) return;
+    if (surface->count) ((springls__bvh_node *)surface->parts_memory.data)[surface->parts++] = surface->nodes[0];
+    surface->node_count = springls__imax(surface->node_count, 1);
+}
+
+/* Widens the bounds of a node to those of parts. */
+SPRINGLS__FN void springls__bvh_bound_parts(springls__bvh_node *node, const springls__bvh_node *part, const springls__bvh_item *items, int count)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            node->lower[k] = springls__min(node->lower[k], part[items[i].triangle].lower[k]);
+            node->upper[k] = springls__max(node->upper[k], part[items[i].triangle].upper[k]);
+        }
+}
+
+/* Hangs the parts of a hierarchy below one root, by median splits as in springls__bvh_split. items: room for as many as parts. */
+SPRINGLS__FN void springls__bvh_hang(springls__surface *surface, springls__bvh_item *items)
+{
+    const springls__bvh_node *part = (const springls__bvh_node *)surface->parts_memory.data;
+    struct { int node, first, count; } stack[SPRINGLS__BVH_STACK];
+    int i, k, top = 1, next = surface->node_count;
+    for (i = 0; i < surface->parts; i++) {
+        for (k = 0; k < 3; k++) items[i].center[k] = part[i].lower[k] + part[i].upper[k];
+        items[i].triangle = i;
+    }
+    stack[0].node = stack[0].first = 0;
+    stack[0].count = surface->parts;
+    while (top && surface->parts) {
+        const int first = stack[--top].first, count = stack[top].count, half = count / 2;
+        springls__bvh_node *node = &surface->nodes[stack[top].node];
+        if (count == 1) {
+            *node = part[items[first].triangle];
+            continue;
+        }
+        springls__bvh_select(items, first, first + count - 1, first + half, springls__bvh_axis(items, first, count));
+        springls__bvh_bound_parts(node, part, items + first, count);
+        node->first = next;
+        node->count = 0;
+        stack[top].node = next + 1;
+        stack[top].first = first + half;
+        stack[top++].count = count - half;
+        stack[top].node = next;
+        stack[top].first = first;
+        stack[top++].count = half;
+        next += 2;
+    }
+    springls__bvh_magnitude(surface);
+}
+
 /* ======== >>combined_originals  (src/tools/combined_originals.h) =============================================== */
 /* combined_originals.h - makes the original surface, and the reference level set, of two models that are combined. */
 
@@ -48232,8 +48320,8 @@ SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__bot
 
 /* ---- original surfaces ---- */
 
-/* The original surface of both models: joined to that of the first, or made anew. Where it is made anew, triangles that no springl has its
-   correspondence on or near go, now and then: of parts that combinations have cut away. The others keep their numbers in the caller's
+/* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that no
+   springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
    meshes. */
 typedef struct springls__both_originals {
     const springls__surface *other;
@@ -48241,9 +48329,11 @@ typedef struct springls__both_originals {
     springls__surface made;        /* made anew; where the model has taken it, what it had before      */
     springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
     springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
-    springls__buffer items;        /* of the builder                                                   */
-    springls__bvh_progress progress;
+    springls__buffer items;        /* of the builders                                                  */
+    springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
+    springls__bvh_copy copy[2];    /* of the hierarchies of the first, where it is made anew, and of the other */
+    int next_part;                 /* of the first, to be copied next                                  */
     bool turn;                     /* the triangles of the other                                       */
     bool drops, joined, taken;
 } springls__both_originals;
@@ -48275,13 +48365,12 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
                                                        const springls__surface *other, bool turn)
 {
     springls__surface *own = &ctx->original;
-    const bool joins = own->count && other->count && own->joins + other->joins + 1 <= SPRINGLS__BVH_JOINS;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
     both->other = other;
     both->turn = turn;
     both->drops = springls__drops_originals(own, other);
-    both->to = joins && !both->drops ? own : &both->made;
+    both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
     return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
 }
@@ -48296,7 +48385,17 @@ SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, sprin
     if (to->source) to->source = (int *)to->source_memory.data;
     else
         for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
-    return springls__buffer_grow(ctx, &both->items, both->to == &both->made ? all : 1, sizeof(springls__bvh_item), 0);
+    return springls__buffer_grow(ctx, &both->number, both->drops ? all : 1, sizeof(int), 0);
+}
+
+/* Makes room for the hierarchy of both. */
+SPRINGLS__FN springls_status springls__hierarchy_room(springls_context *ctx, springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    const size_t all = (size_t)ctx->original.count + (size_t)both->other->count + 1;
+    const size_t parts = (size_t)springls__bvh_parts(&ctx->original, &root) + (size_t)springls__bvh_parts(both->other, &root);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->items, parts + 1, sizeof(springls__bvh_item), 0));
+    return springls__parts_room(ctx, both->to, &ctx->original, both->other, all, (size_t)both->count);
 }
 
 /* Copies triangle i of `from`, which were given after so many others. */
@@ -48313,7 +48412,6 @@ SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *bot
 {
     springls__box box = springls__box_empty();
     int k;
-    if (!both->drops) return true;
     for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
     return springls__visit_cells(&both->marks, box.lower, box.upper, false);
 }
@@ -48323,26 +48421,63 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
 {
     const springls__surface *own = &ctx->original;
     const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
+    int *number = (int *)both->number.data;
     for (; both->next < end; both->next++)
-        if (both->next >= count) springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
-        else if (springls__is_original_used(both, own, both->next)) springls__copy_original(both, own, both->next, 0, false);
+        if (both->next >= count) {
+            springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
+        } else {
+            number[both->next] = -1;
+            if (!springls__is_original_used(both, own, both->next)) continue;
+            number[both->next] = both->count;
+            springls__copy_original(both, own, both->next, 0, false);
+        }
 }
 
-/* Joins the hierarchies, or begins to build that of the surface made anew. */
-SPRINGLS__FN springls_status springls__originals_copied(springls_context *ctx, springls__both_originals *both)
+/* Begins to copy the hierarchies. */
+SPRINGLS__FN void springls__hierarchy_begin(springls_context *ctx, springls__both_originals *both)
 {
-    springls__surface *own = &ctx->original, *made = &both->made;
-    if (both->to == own) {
-        both->before = *own;
-        own->source = (int *)own->source_memory.data;
-        both->joined = true;
-        return springls__surface_join(ctx, own, both->other);
-    }
-    if (both->count > 0)
-        springls__surface_build_begin(made, both->count, (springls__bvh_item *)both->items.data, &both->progress);
-    made->source = (int *)made->source_memory.data;
-    made->given = own->given + both->other->given;
-    return SPRINGLS_OK;
+    memset(both->copy, 0, sizeof both->copy);
+    both->copy[0].from = &ctx->original;
+    both->copy[1].from = both->other;
+    both->copy[0].to = both->copy[1].to = both->to;
+    both->copy[0].number = (const int *)both->number.data;
+    both->copy[1].shift = both->count - both->other->count;
+    both->next_part = 0;
+    if (both->drops) springls__bvh_make_parts(&both->made);
+}
+
+/* Returns true while parts of the first hierarchy are to be copied to the one that is made anew. */
+SPRINGLS__FN bool springls__has_part_to_copy(const springls_context *ctx, const springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    return both->drops && both->next_part < springls__bvh_parts(&ctx->original, &root);
+}
+
+/* Copies parts of it, with some triangles. */
+SPRINGLS__FN void springls__copy_some_parts(springls_context *ctx, springls__both_originals *both, int most)
+{
+    const int placed = both->copy[0].placed;
+    while (springls__has_part_to_copy(ctx, both) && both->copy[0].placed - placed < most)
+        springls__bvh_copy_part(&both->copy[0], both->next_part++);
+}
+
+/* Adds the hierarchy of the other. */
+SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    const int given = ctx->original.given + both->other->given, parts = springls__bvh_parts(both->other, &root);
+    springls__surface *to = both->to;
+    int i;
+    both->before = ctx->original;
+    both->joined = !both->drops;
+    both->copy[1].placed = both->drops ? both->copy[0].placed : to->count;
+    springls__bvh_make_parts(to);
+    for (i = 0; i < parts; i++) springls__bvh_copy_part(&both->copy[1], i);
+    to->source = (int *)to->source_memory.data;
+    to->given = given;
+    to->count = both->count;
+    to->dipoles = NULL;
+    springls__bvh_hang(to, (springls__bvh_item *)both->items.data);
 }
 
 /* Exchanges the original surface of the model with that which was made anew, or back. */
@@ -48354,18 +48489,19 @@ SPRINGLS__FN void springls__exchange_originals(springls_context *ctx, springls__
     both->taken = !both->taken;
 }
 
-/* Goes back to the original surface before. A join has moved its root, and added behind the rest. */
+/* Goes back to the original surface before. A join has hung its parts anew, and added behind the rest. */
 SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both_originals *both)
 {
+    const springls__bvh_node *root;
     springls__surface *own = &ctx->original;
     if (both->taken) springls__exchange_originals(ctx, both);
     if (!both->joined) return;
-    own->nodes[0] = own->nodes[both->before.node_count];
     own->count = both->before.count;
     own->given = both->before.given;
     own->node_count = both->before.node_count;
-    own->joins = both->before.joins;
-    own->magnitude = both->before.magnitude;
+    own->parts = springls__bvh_parts(&both->before, &root);
+    springls__bvh_hang(own, (springls__bvh_item *)both->items.data);
+    own->parts = both->before.parts;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;
     both->joined = false;
@@ -48375,6 +48511,7 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
 {
     springls__surface_free(ctx, &both->made);
     springls__buffer_free(ctx, &both->items);
+    springls__buffer_free(ctx, &both->number);
     springls__buffer_free(ctx, &both->marks.memory);
 }
 
@@ -48927,7 +49064,7 @@ typedef struct springls__combination {
     springls__box box[2];            /* of the springls of both                                                */
     springls__cell_marks marks;      /* of the particles of one of them                                        */
     springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
-    springls__bvh_progress *progress;
+    springls__bvh_progress progress;
     springls__both_originals originals;
     springls__both_references references;
     springls__buffer kept[2];        /* KEEP or REMOVE, for each springl of both                               */
@@ -48980,8 +49117,7 @@ SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, spr
     }
     if (count == 0) return SPRINGLS_OK;
     c->building = surface;
-    c->progress = &c->originals.progress;
-    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, c->progress);
+    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, &c->progress);
     return SPRINGLS_OK;
 }
 
@@ -49013,7 +49149,7 @@ SPRINGLS__FN springls_status springls__build_hierarchy(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     const int most = 4096;
-    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, c->progress, most)) c->building = NULL;
+    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, &c->progress, most)) c->building = NULL;
     return SPRINGLS_OK;
 }
 
@@ -49144,8 +49280,7 @@ SPRINGLS__FN springls_status springls__room_for_points(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__room_for_nodes(springls_context *ctx)
 {
-    const springls__both_originals *both = &ctx->step.combination->originals;
-    return springls__nodes_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+    return springls__hierarchy_room(ctx, &ctx->step.combination->originals);
 }
 
 SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
@@ -49160,20 +49295,27 @@ SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__build_originals(springls_context *ctx)
+SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
 {
-    springls__combination *c = ctx->step.combination;
-    SPRINGLS__TRY(springls__originals_copied(ctx, &c->originals));
-    if (!c->originals.joined && c->originals.made.count > 0) {
-        c->building = &c->originals.made;
-        c->progress = &c->originals.progress;
-    }
+    springls__hierarchy_begin(ctx, &ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__copies_parts(const springls_context *ctx)
+{
+    return springls__has_part_to_copy(ctx, &ctx->step.combination->originals);
+}
+
+SPRINGLS__FN springls_status springls__copy_parts(springls_context *ctx)
+{
+    springls__copy_some_parts(ctx, &ctx->step.combination->originals, 4096);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__take_originals(springls_context *ctx)
 {
     springls__both_originals *both = &ctx->step.combination->originals;
+    springls__hierarchy_end(ctx, both);
     if (!both->joined) springls__exchange_originals(ctx, both);
     return SPRINGLS_OK;
 }
@@ -49320,8 +49462,8 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__room_for_points)
     SPRINGLS__DO(springls__room_for_nodes)
     SPRINGLS__REPEAT_WHILE(springls__copies_originals) SPRINGLS__DO(springls__copy_originals) SPRINGLS__END
-    SPRINGLS__DO(springls__build_originals)
-    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__begin_parts)
+    SPRINGLS__REPEAT_WHILE(springls__copies_parts) SPRINGLS__DO(springls__copy_parts) SPRINGLS__END
     SPRINGLS__DO(springls__take_originals)
     SPRINGLS__DO(springls__add_references)
     SPRINGLS__DO(springls__take_references)

@@ -1,6 +1,5 @@
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join adds one level,
-   SPRINGLS__BVH_JOINS at most. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). */
 #ifndef SPRINGLS__MODEL_BVH_H
 #define SPRINGLS__MODEL_BVH_H
 
@@ -8,8 +7,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/memory.h"
 
-/* JOINS: the most joins in one hierarchy; each adds a level to every search, so that beyond these it is built again. */
-enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
+enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
@@ -32,6 +30,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->nodes_memory);
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
+    springls__buffer_free(ctx, &surface->parts_memory);
     memset(surface, 0, sizeof *surface);
 }
 
@@ -39,13 +38,13 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
 SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
 {
     return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
-         + surface->dipoles_memory.bytes + surface->source_memory.bytes;
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
-    surface->count = surface->given = surface->node_count = surface->joins = 0;
+    surface->count = surface->given = surface->node_count = surface->parts = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
 }
@@ -155,17 +154,22 @@ SPRINGLS__FN void springls__bvh_bound_node(const springls__surface *surface, spr
     }
 }
 
-/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
-SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+/* Finds the largest coordinate: the root has its bounds, if there are triangles. */
+SPRINGLS__FN void springls__bvh_magnitude(springls__surface *surface)
 {
     int k;
-    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
-    if (progress->unbound > 0) return;
     surface->magnitude = 0.0f;
-    for (k = 0; k < 3; k++) {
+    for (k = 0; k < 3 && surface->count; k++) {
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].lower[k]));
         surface->magnitude = springls__max(surface->magnitude, springls__fabs(surface->nodes[0].upper[k]));
     }
+}
+
+/* Computes the bounds of at most so many nodes, children before their parents; after the last, the largest coordinate. */
+SPRINGLS__FN void springls__bvh_bound(springls__surface *surface, springls__bvh_progress *progress, int most)
+{
+    for (; progress->unbound > 0 && most > 0; most--) springls__bvh_bound_node(surface, &surface->nodes[--progress->unbound]);
+    if (progress->unbound == 0) springls__bvh_magnitude(surface);
 }
 
 /* Makes room for the corners of n triangles; keeps the first `keep`. */
@@ -177,23 +181,21 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
-/* Makes room for the hierarchy of n triangles; keep: the triangles whose nodes are kept, or 0. */
-SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+/* Makes room for a hierarchy of n triangles and so many nodes; keep: the triangles whose nodes are kept, or 0. */
+SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t nodes, size_t keep)
 {
-    const size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
-    const size_t most_nodes = n + SPRINGLS__BVH_JOINS;
+    const size_t kept = keep ? ((size_t)surface->node_count + 2 * (size_t)surface->parts) * sizeof(springls__bvh_node) : 0;
     springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
-    if (status == SPRINGLS_OK)
-        status = springls__buffer_grow(ctx, &surface->nodes_memory, most_nodes, sizeof(springls__bvh_node), nodes);
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, nodes, sizeof(springls__bvh_node), kept);
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
     return status;
 }
 
-/* Makes room for n triangles; keeps the first `keep` and their nodes. */
+/* Makes room for n triangles, to be built at once; keeps the first `keep` and their nodes. */
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
-    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, keep);
+    const springls_status status = springls__points_room(ctx, surface, n, keep), of_nodes = springls__nodes_room(ctx, surface, n, n, keep);
     return status == SPRINGLS_OK ? of_nodes : status;
 }
 
@@ -226,7 +228,7 @@ SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int 
         items[i].triangle = i;
     }
     surface->count = surface->given = count;
-    surface->joins = 0;
+    surface->parts = 0;
     springls__bvh_begin(surface, progress);
 }
 
@@ -257,46 +259,6 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     items = (springls__bvh_item *)ctx->bvh_memory.data;
     springls__surface_build_begin(surface, count, items, &progress);
     while (springls__surface_build_more(surface, items, &progress, INT32_MAX)) { }
-    return SPRINGLS_OK;
-}
-
-/* Hangs the old root and that of another hierarchy below a new root. Its triangles come after those of the surface, as the caller
-   has written them. */
-SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls__surface *other)
-{
-    springls__bvh_node *node = surface->nodes, *beside = node + surface->node_count;
-    int i, k;
-    beside[0] = node[0];
-    for (i = 0; i < other->node_count; i++) {
-        beside[1 + i] = other->nodes[i];
-        beside[1 + i].first += other->nodes[i].count ? surface->count : surface->node_count + 1;
-    }
-    for (i = 0; i < other->count; i++) surface->order[surface->count + i] = surface->count + other->order[i];
-    node[0].first = surface->node_count;
-    node[0].count = 0;
-    for (k = 0; k < 3; k++) {
-        node[0].lower[k] = springls__min(beside[0].lower[k], beside[1].lower[k]);
-        node[0].upper[k] = springls__max(beside[0].upper[k], beside[1].upper[k]);
-    }
-    surface->node_count += 1 + other->node_count;
-    surface->count += other->count;
-    surface->magnitude = springls__max(surface->magnitude, other->magnitude);
-}
-
-/* Adds to the hierarchy of a surface the triangles of another one, which the caller has written after its own; there is room for
-   both (springls__surface_room). The surface has no dipoles any more. On failure it is as it was. */
-SPRINGLS__FN springls_status springls__surface_join(springls_context *ctx, springls__surface *surface,
-                                                    const springls__surface *other)
-{
-    const int given = surface->given + other->given, joins = surface->joins + other->joins + 1;
-    if (!surface->count || !other->count || joins > SPRINGLS__BVH_JOINS) {
-        SPRINGLS__TRY(springls__surface_finish(ctx, surface, surface->count + other->count));
-    } else {
-        springls__bvh_join(surface, other);
-        surface->joins = joins;
-    }
-    surface->given = given;
-    surface->dipoles = NULL;
     return SPRINGLS_OK;
 }
 

@@ -47,7 +47,7 @@ enum {
 SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
-   0, the parent of nodes first and first+1. Children follow their parents, but for a root that springls__surface_join has moved. */
+   0, the parent of nodes first and first+1. Children follow their parents in a hierarchy that is built at once. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
 /* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
@@ -61,9 +61,10 @@ typedef struct springls__surface {
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
-    int joins;              /* of the hierarchies joined in it: it is at most this much deeper than built at once */
+    int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
+                               those that join them (bvh_join.h); 0: it was built at once                       */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
-    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
+    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory;
 } springls__surface;
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };

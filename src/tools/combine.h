@@ -361,7 +361,7 @@ typedef struct springls__combination {
     springls__box box[2];            /* of the springls of both                                                */
     springls__cell_marks marks;      /* of the particles of one of them                                        */
     springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
-    springls__bvh_progress *progress;
+    springls__bvh_progress progress;
     springls__both_originals originals;
     springls__both_references references;
     springls__buffer kept[2];        /* KEEP or REMOVE, for each springl of both                               */
@@ -414,8 +414,7 @@ SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, spr
     }
     if (count == 0) return SPRINGLS_OK;
     c->building = surface;
-    c->progress = &c->originals.progress;
-    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, c->progress);
+    springls__surface_build_begin(surface, count, (springls__bvh_item *)c->originals.items.data, &c->progress);
     return SPRINGLS_OK;
 }
 
@@ -447,7 +446,7 @@ SPRINGLS__FN springls_status springls__build_hierarchy(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     const int most = 4096;
-    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, c->progress, most)) c->building = NULL;
+    if (!springls__surface_build_more(c->building, (springls__bvh_item *)c->originals.items.data, &c->progress, most)) c->building = NULL;
     return SPRINGLS_OK;
 }
 
@@ -578,8 +577,7 @@ SPRINGLS__FN springls_status springls__room_for_points(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__room_for_nodes(springls_context *ctx)
 {
-    const springls__both_originals *both = &ctx->step.combination->originals;
-    return springls__nodes_room(ctx, both->to, (size_t)ctx->original.count + (size_t)both->other->count + 1, (size_t)both->count);
+    return springls__hierarchy_room(ctx, &ctx->step.combination->originals);
 }
 
 SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
@@ -594,20 +592,27 @@ SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__build_originals(springls_context *ctx)
+SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
 {
-    springls__combination *c = ctx->step.combination;
-    SPRINGLS__TRY(springls__originals_copied(ctx, &c->originals));
-    if (!c->originals.joined && c->originals.made.count > 0) {
-        c->building = &c->originals.made;
-        c->progress = &c->originals.progress;
-    }
+    springls__hierarchy_begin(ctx, &ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__copies_parts(const springls_context *ctx)
+{
+    return springls__has_part_to_copy(ctx, &ctx->step.combination->originals);
+}
+
+SPRINGLS__FN springls_status springls__copy_parts(springls_context *ctx)
+{
+    springls__copy_some_parts(ctx, &ctx->step.combination->originals, 4096);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__take_originals(springls_context *ctx)
 {
     springls__both_originals *both = &ctx->step.combination->originals;
+    springls__hierarchy_end(ctx, both);
     if (!both->joined) springls__exchange_originals(ctx, both);
     return SPRINGLS_OK;
 }
@@ -754,8 +759,8 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__room_for_points)
     SPRINGLS__DO(springls__room_for_nodes)
     SPRINGLS__REPEAT_WHILE(springls__copies_originals) SPRINGLS__DO(springls__copy_originals) SPRINGLS__END
-    SPRINGLS__DO(springls__build_originals)
-    SPRINGLS__CALL(springls__build)
+    SPRINGLS__DO(springls__begin_parts)
+    SPRINGLS__REPEAT_WHILE(springls__copies_parts) SPRINGLS__DO(springls__copy_parts) SPRINGLS__END
     SPRINGLS__DO(springls__take_originals)
     SPRINGLS__DO(springls__add_references)
     SPRINGLS__DO(springls__take_references)

@@ -5,7 +5,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
-#include "../model/bvh.h"
+#include "../model/bvh_join.h"
 #include "../model/grid.h"
 #include "cell_marks.h"
 
@@ -110,8 +110,8 @@ SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__bot
 
 /* ---- original surfaces ---- */
 
-/* The original surface of both models: joined to that of the first, or made anew. Where it is made anew, triangles that no springl has its
-   correspondence on or near go, now and then: of parts that combinations have cut away. The others keep their numbers in the caller's
+/* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that no
+   springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
    meshes. */
 typedef struct springls__both_originals {
     const springls__surface *other;
@@ -119,9 +119,11 @@ typedef struct springls__both_originals {
     springls__surface made;        /* made anew; where the model has taken it, what it had before      */
     springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
     springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
-    springls__buffer items;        /* of the builder                                                   */
-    springls__bvh_progress progress;
+    springls__buffer items;        /* of the builders                                                  */
+    springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
+    springls__bvh_copy copy[2];    /* of the hierarchies of the first, where it is made anew, and of the other */
+    int next_part;                 /* of the first, to be copied next                                  */
     bool turn;                     /* the triangles of the other                                       */
     bool drops, joined, taken;
 } springls__both_originals;
@@ -153,13 +155,12 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
                                                        const springls__surface *other, bool turn)
 {
     springls__surface *own = &ctx->original;
-    const bool joins = own->count && other->count && own->joins + other->joins + 1 <= SPRINGLS__BVH_JOINS;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
     both->other = other;
     both->turn = turn;
     both->drops = springls__drops_originals(own, other);
-    both->to = joins && !both->drops ? own : &both->made;
+    both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
     return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
 }
@@ -174,7 +175,17 @@ SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, sprin
     if (to->source) to->source = (int *)to->source_memory.data;
     else
         for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
-    return springls__buffer_grow(ctx, &both->items, both->to == &both->made ? all : 1, sizeof(springls__bvh_item), 0);
+    return springls__buffer_grow(ctx, &both->number, both->drops ? all : 1, sizeof(int), 0);
+}
+
+/* Makes room for the hierarchy of both. */
+SPRINGLS__FN springls_status springls__hierarchy_room(springls_context *ctx, springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    const size_t all = (size_t)ctx->original.count + (size_t)both->other->count + 1;
+    const size_t parts = (size_t)springls__bvh_parts(&ctx->original, &root) + (size_t)springls__bvh_parts(both->other, &root);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->items, parts + 1, sizeof(springls__bvh_item), 0));
+    return springls__parts_room(ctx, both->to, &ctx->original, both->other, all, (size_t)both->count);
 }
 
 /* Copies triangle i of `from`, which were given after so many others. */
@@ -191,7 +202,6 @@ SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *bot
 {
     springls__box box = springls__box_empty();
     int k;
-    if (!both->drops) return true;
     for (k = 0; k < 3; k++) box = springls__box_add(box, own->points[3 * i + k]);
     return springls__visit_cells(&both->marks, box.lower, box.upper, false);
 }
@@ -201,26 +211,63 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
 {
     const springls__surface *own = &ctx->original;
     const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
+    int *number = (int *)both->number.data;
     for (; both->next < end; both->next++)
-        if (both->next >= count) springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
-        else if (springls__is_original_used(both, own, both->next)) springls__copy_original(both, own, both->next, 0, false);
+        if (both->next >= count) {
+            springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
+        } else {
+            number[both->next] = -1;
+            if (!springls__is_original_used(both, own, both->next)) continue;
+            number[both->next] = both->count;
+            springls__copy_original(both, own, both->next, 0, false);
+        }
 }
 
-/* Joins the hierarchies, or begins to build that of the surface made anew. */
-SPRINGLS__FN springls_status springls__originals_copied(springls_context *ctx, springls__both_originals *both)
+/* Begins to copy the hierarchies. */
+SPRINGLS__FN void springls__hierarchy_begin(springls_context *ctx, springls__both_originals *both)
 {
-    springls__surface *own = &ctx->original, *made = &both->made;
-    if (both->to == own) {
-        both->before = *own;
-        own->source = (int *)own->source_memory.data;
-        both->joined = true;
-        return springls__surface_join(ctx, own, both->other);
-    }
-    if (both->count > 0)
-        springls__surface_build_begin(made, both->count, (springls__bvh_item *)both->items.data, &both->progress);
-    made->source = (int *)made->source_memory.data;
-    made->given = own->given + both->other->given;
-    return SPRINGLS_OK;
+    memset(both->copy, 0, sizeof both->copy);
+    both->copy[0].from = &ctx->original;
+    both->copy[1].from = both->other;
+    both->copy[0].to = both->copy[1].to = both->to;
+    both->copy[0].number = (const int *)both->number.data;
+    both->copy[1].shift = both->count - both->other->count;
+    both->next_part = 0;
+    if (both->drops) springls__bvh_make_parts(&both->made);
+}
+
+/* Returns true while parts of the first hierarchy are to be copied to the one that is made anew. */
+SPRINGLS__FN bool springls__has_part_to_copy(const springls_context *ctx, const springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    return both->drops && both->next_part < springls__bvh_parts(&ctx->original, &root);
+}
+
+/* Copies parts of it, with some triangles. */
+SPRINGLS__FN void springls__copy_some_parts(springls_context *ctx, springls__both_originals *both, int most)
+{
+    const int placed = both->copy[0].placed;
+    while (springls__has_part_to_copy(ctx, both) && both->copy[0].placed - placed < most)
+        springls__bvh_copy_part(&both->copy[0], both->next_part++);
+}
+
+/* Adds the hierarchy of the other. */
+SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
+{
+    const springls__bvh_node *root;
+    const int given = ctx->original.given + both->other->given, parts = springls__bvh_parts(both->other, &root);
+    springls__surface *to = both->to;
+    int i;
+    both->before = ctx->original;
+    both->joined = !both->drops;
+    both->copy[1].placed = both->drops ? both->copy[0].placed : to->count;
+    springls__bvh_make_parts(to);
+    for (i = 0; i < parts; i++) springls__bvh_copy_part(&both->copy[1], i);
+    to->source = (int *)to->source_memory.data;
+    to->given = given;
+    to->count = both->count;
+    to->dipoles = NULL;
+    springls__bvh_hang(to, (springls__bvh_item *)both->items.data);
 }
 
 /* Exchanges the original surface of the model with that which was made anew, or back. */
@@ -232,18 +279,19 @@ SPRINGLS__FN void springls__exchange_originals(springls_context *ctx, springls__
     both->taken = !both->taken;
 }
 
-/* Goes back to the original surface before. A join has moved its root, and added behind the rest. */
+/* Goes back to the original surface before. A join has hung its parts anew, and added behind the rest. */
 SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both_originals *both)
 {
+    const springls__bvh_node *root;
     springls__surface *own = &ctx->original;
     if (both->taken) springls__exchange_originals(ctx, both);
     if (!both->joined) return;
-    own->nodes[0] = own->nodes[both->before.node_count];
     own->count = both->before.count;
     own->given = both->before.given;
     own->node_count = both->before.node_count;
-    own->joins = both->before.joins;
-    own->magnitude = both->before.magnitude;
+    own->parts = springls__bvh_parts(&both->before, &root);
+    springls__bvh_hang(own, (springls__bvh_item *)both->items.data);
+    own->parts = both->before.parts;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;
     both->joined = false;
@@ -253,6 +301,7 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
 {
     springls__surface_free(ctx, &both->made);
     springls__buffer_free(ctx, &both->items);
+    springls__buffer_free(ctx, &both->number);
     springls__buffer_free(ctx, &both->marks.memory);
 }
 
