@@ -541,7 +541,8 @@
 
    With tension the walls become films: the vertices of their mesh go down the slope of tension times area, so that within a wall they move
    by its mean curvature, and lines where walls meet by the pull of all of them; tension_of gives each pair of labels its own. held keeps
-   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
+   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. A wall
+   that has shrunk to a line where four meet gives way to one between the two others (a T1 change), where that is shorter. Both
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
    Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
@@ -35222,7 +35223,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1210 \"springls.h\"\n",
+    "#line 1211 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35336,7 +35337,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2620 \"springls.h\"\n",
+    "#line 2621 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35452,7 +35453,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2737 \"springls.h\"\n",
+    "#line 2738 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35474,7 +35475,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2760 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35489,7 +35490,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2776 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35613,7 +35614,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2900 \"springls.h\"\n",
+    "#line 2901 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -35683,7 +35684,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2971 \"springls.h\"\n",
+    "#line 2972 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -35903,7 +35904,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3192 \"springls.h\"\n",
+    "#line 3193 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35918,7 +35919,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3207 \"springls.h\"\n",
+    "#line 3208 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36042,14 +36043,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3331 \"springls.h\"\n",
+    "#line 3332 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3339 \"springls.h\"\n",
+    "#line 3340 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36175,7 +36176,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3466 \"springls.h\"\n",
+    "#line 3467 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36230,7 +36231,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3522 \"springls.h\"\n",
+    "#line 3523 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36319,7 +36320,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3612 \"springls.h\"\n",
+    "#line 3613 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36331,7 +36332,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3624 \"springls.h\"\n",
+    "#line 3625 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36346,7 +36347,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3640 \"springls.h\"\n",
+    "#line 3641 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36390,7 +36391,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3684 \"springls.h\"\n",
+    "#line 3685 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36405,7 +36406,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3699 \"springls.h\"\n",
+    "#line 3700 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36449,7 +36450,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3743 \"springls.h\"\n",
+    "#line 3744 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -36528,7 +36529,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3822 \"springls.h\"\n",
+    "#line 3823 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36543,7 +36544,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3838 \"springls.h\"\n",
+    "#line 3839 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36610,7 +36611,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3905 \"springls.h\"\n",
+    "#line 3906 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36625,7 +36626,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3920 \"springls.h\"\n",
+    "#line 3921 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36692,7 +36693,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3988 \"springls.h\"\n",
+    "#line 3989 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37078,7 +37079,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4375 \"springls.h\"\n",
+    "#line 4376 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -37787,7 +37788,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5085 \"springls.h\"\n",
+    "#line 5086 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38047,7 +38048,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5346 \"springls.h\"\n",
+    "#line 5347 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38249,7 +38250,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5549 \"springls.h\"\n",
+    "#line 5550 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38366,7 +38367,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5667 \"springls.h\"\n",
+    "#line 5668 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -38563,7 +38564,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5864 \"springls.h\"\n",
+    "#line 5865 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38578,7 +38579,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5880 \"springls.h\"\n",
+    "#line 5881 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38772,7 +38773,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6074 \"springls.h\"\n",
+    "#line 6075 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38787,7 +38788,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6089 \"springls.h\"\n",
+    "#line 6090 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38981,7 +38982,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6897 \"springls.h\"\n",
+    "#line 6898 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39381,7 +39382,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7298 \"springls.h\"\n",
+    "#line 7299 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39407,7 +39408,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7325 \"springls.h\"\n",
+    "#line 7326 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39495,7 +39496,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7414 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -39635,7 +39636,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7555 \"springls.h\"\n",
+    "#line 7556 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -39740,7 +39741,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7661 \"springls.h\"\n",
+    "#line 7662 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -39972,7 +39973,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7894 \"springls.h\"\n",
+    "#line 7895 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40002,7 +40003,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7924 \"springls.h\"\n",
+    "#line 7925 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40017,7 +40018,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7940 \"springls.h\"\n",
+    "#line 7941 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40186,7 +40187,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8109 \"springls.h\"\n",
+    "#line 8110 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40201,7 +40202,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8124 \"springls.h\"\n",
+    "#line 8125 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40370,7 +40371,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8293 \"springls.h\"\n",
+    "#line 8294 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40424,7 +40425,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8348 \"springls.h\"\n",
+    "#line 8349 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40450,7 +40451,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8374 \"springls.h\"\n",
+    "#line 8375 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40465,7 +40466,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8390 \"springls.h\"\n",
+    "#line 8391 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40548,7 +40549,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8473 \"springls.h\"\n",
+    "#line 8474 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40563,7 +40564,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8488 \"springls.h\"\n",
+    "#line 8489 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40646,7 +40647,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8571 \"springls.h\"\n",
+    "#line 8572 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -40720,7 +40721,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8646 \"springls.h\"\n",
+    "#line 8647 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41273,7 +41274,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9200 \"springls.h\"\n",
+    "#line 9201 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41369,7 +41370,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9297 \"springls.h\"\n",
+    "#line 9298 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41490,7 +41491,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9419 \"springls.h\"\n",
+    "#line 9420 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -41771,7 +41772,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9701 \"springls.h\"\n",
+    "#line 9702 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -41857,7 +41858,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9788 \"springls.h\"\n",
+    "#line 9789 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42000,7 +42001,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9932 \"springls.h\"\n",
+    "#line 9933 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42189,7 +42190,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10122 \"springls.h\"\n",
+    "#line 10123 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42314,7 +42315,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10248 \"springls.h\"\n",
+    "#line 10249 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42348,7 +42349,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10283 \"springls.h\"\n",
+    "#line 10284 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -42886,7 +42887,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10822 \"springls.h\"\n",
+    "#line 10823 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43036,7 +43037,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10973 \"springls.h\"\n",
+    "#line 10974 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43114,7 +43115,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11052 \"springls.h\"\n",
+    "#line 11053 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43363,7 +43364,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11302 \"springls.h\"\n",
+    "#line 11303 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -43588,7 +43589,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11528 \"springls.h\"\n",
+    "#line 11529 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -43692,7 +43693,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11633 \"springls.h\"\n",
+    "#line 11634 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -43789,7 +43790,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11731 \"springls.h\"\n",
+    "#line 11732 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44327,7 +44328,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12270 \"springls.h\"\n",
+    "#line 12271 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44360,7 +44361,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12304 \"springls.h\"\n",
+    "#line 12305 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44385,14 +44386,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12330 \"springls.h\"\n",
+    "#line 12331 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12337 \"springls.h\"\n",
+    "#line 12338 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44407,7 +44408,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12353 \"springls.h\"\n",
+    "#line 12354 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44533,7 +44534,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12479 \"springls.h\"\n",
+    "#line 12480 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44548,7 +44549,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12494 \"springls.h\"\n",
+    "#line 12495 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44674,7 +44675,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12621 \"springls.h\"\n",
+    "#line 12622 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -44966,7 +44967,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12914 \"springls.h\"\n",
+    "#line 12915 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45101,7 +45102,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17584 \"springls.h\"\n",
+    "#line 17585 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46192,7 +46193,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18676 \"springls.h\"\n",
+    "#line 18677 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46802,7 +46803,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19287 \"springls.h\"\n",
+    "#line 19288 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47399,7 +47400,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47403 \"springls.h\"\n",
+    "#line 47404 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50314,6 +50315,8 @@ struct springls_tiling {
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
     springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__buffer junctions; /* working memory: vertices of the walls with four labels (films.h)                  */
+    int junction_count;
     springls__pair_list next_pairs; /* neighbours after the step that runs                                          */
     springls__buffer neighbors, next; /* bodies that share walls (neighbors_of_bodies.h): as of the last look, and of the step that runs */
     int neighbor_count;
@@ -50500,6 +50503,7 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
+    springls__buffer_free(host, &tiling->junctions);
     springls__buffer_free(host, &tiling->neighbors);
     springls__buffer_free(host, &tiling->next);
     springls__buffer_free(host, &tiling->met);
@@ -51282,7 +51286,7 @@ SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place.
+     lies in its place, or where by phi a third body is in front, which has come between (a T1 change).
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -51299,6 +51303,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     else if (touching < 0.0f) *gap = touching;
     else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
+    else if (own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
     else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
@@ -52524,7 +52529,15 @@ SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *w
 
    where the pressures p_i are the Lagrange multipliers of the volumes that are held: sum over v of g_iv u_v is what body i lacks, over dt.
    What springls lose on their way, always alike, is aimed for in addition (drift).
-   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike. */
+   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike.
+
+   Where a wall has shrunk to a line, four walls meet in one: the pulls cancel, and no vertex would move, though the line is not stable. Two
+   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The tip
+   of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
+
+       f_c = |F_ca + F_cb| - tension_ab l
+
+   Of the two pairs that may draw back those do whose f are positive, and larger in sum. */
 
 enum { SPRINGLS__FILM_LABELS = 6 }; /* a vertex: more are passed over */
 
@@ -52533,7 +52546,21 @@ typedef struct springls__film {
     double force[3], along[3], mass;
     springls__v3 place, velocity; /* voxels                                                                            */
     int32_t label[SPRINGLS__FILM_LABELS];
+    int junction;                 /* its number, -1: it is none                                                        */
 } springls__film;
+
+enum { SPRINGLS__JUNCTION_LABELS = 4, SPRINGLS__JUNCTION_PAIRS = 6 };
+
+/* A vertex with four labels: what the walls of each pair of them pull, pair p opposite to pair 5 - p, and how fast the label at each place
+   of the vertex's list draws back, voxels. World units. */
+typedef struct springls__junction {
+    double pull[SPRINGLS__JUNCTION_PAIRS][3];
+    bool walled[SPRINGLS__JUNCTION_PAIRS], draws_back[SPRINGLS__JUNCTION_LABELS];
+    springls__v3 velocity[SPRINGLS__JUNCTION_LABELS];
+    int film;
+} springls__junction;
+
+static const int springls__pair_places[SPRINGLS__JUNCTION_PAIRS][2] = { { 0, 1 }, { 0, 2 }, { 0, 3 }, { 1, 2 }, { 1, 3 }, { 2, 3 } };
 
 #define SPRINGLS__FILM_REACH 1.5f /* voxels: from a springl to the vertices that it follows */
 
@@ -52575,6 +52602,17 @@ SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const
                           (long)labels[low], (long)labels[!low]);
 }
 
+/* Finds the pull of a triangle on its corner i: `tension`, over twice its area, times its normal across the opposite side. */
+SPRINGLS__FN void springls__film_pull(double corner[3][3], const double n[3], double tension, int i, double pull[3])
+{
+    const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        const int u = (k + 1) % 3, v = (k + 2) % 3;
+        pull[k] = -0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
+    }
+}
+
 /* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
 SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                 int triangle)
@@ -52591,12 +52629,10 @@ SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const c
     for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
     for (i = 0; i < 3; i++) {
         springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
-        const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+        double pull[3];
+        springls__film_pull(corner, n, tension, i, pull);
         film->mass += area2 / 6.0;
-        for (k = 0; k < 3; k++) {
-            const int u = (k + 1) % 3, v = (k + 2) % 3;
-            film->force[k] -= 0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
-        }
+        for (k = 0; k < 3; k++) film->force[k] += pull[k];
         for (k = 0; k < 2; k++) springls__name_film(film, labels[k]);
     }
     for (k = 0; k < 2; k++) {
@@ -52687,10 +52723,21 @@ SPRINGLS__FN void springls__solve_pressures(const springls_tiling *tiling)
     }
 }
 
+/* Returns a velocity in voxels, at most half a voxel in a step, of one in world units. */
+SPRINGLS__FN springls__v3 springls__film_speed(const springls_tiling *tiling, const double u[3], double dt)
+{
+    const double *to_voxel = tiling->host->window.to_voxel;
+    double v[3], largest;
+    int k;
+    for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
+    largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5;
+    for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
 /* Finds the velocities of all vertices. */
 SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
 {
-    const double *to_voxel = tiling->host->window.to_voxel;
     springls__film *films = (springls__film *)tiling->films.data;
     int i, k;
     springls__grow_films(tiling, true);
@@ -52702,13 +52749,162 @@ SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
     for (i = 0; i < tiling->count; i++) tiling->body[i].held.way = tiling->body[i].held.pressure;
     springls__push_films(tiling);
     for (i = 0; i < tiling->walls.vertex_count; i++) {
-        double u[3], v[3], largest;
+        double u[3];
         for (k = 0; k < 3; k++) u[k] = (films[i].force[k] + films[i].along[k]) / films[i].mass;
-        for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
-        largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5; /* half a voxel in a step */
-        for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
-        films[i].velocity = springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+        films[i].velocity = springls__film_speed(tiling, u, dt);
     }
+}
+
+/* ---- lines where four walls meet ---- */
+
+/* Numbers the vertices that have four labels. */
+SPRINGLS__FN springls_status springls__list_junctions(springls_tiling *tiling)
+{
+    springls__film *films = (springls__film *)tiling->films.data;
+    springls__junction *junctions;
+    int i, count = 0;
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        const int32_t *label = films[i].label;
+        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
+        films[i].junction = four ? count++ : -1;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->junctions, (size_t)count + 1, sizeof *junctions, 0));
+    junctions = (springls__junction *)tiling->junctions.data;
+    memset(junctions, 0, (size_t)count * sizeof *junctions);
+    for (i = 0; i < tiling->walls.vertex_count; i++)
+        if (films[i].junction >= 0) junctions[films[i].junction].film = i;
+    tiling->junction_count = count;
+    return SPRINGLS_OK;
+}
+
+/* Returns the place of a label among those of a vertex with four, -1: it has another four. */
+SPRINGLS__FN int springls__place_at_film(const springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS; i++)
+        if (film->label[i] == label) return i;
+    return -1;
+}
+
+/* Returns the number of the pair of two places of four. */
+SPRINGLS__FN int springls__pair_of_places(int a, int b)
+{
+    int p = 0;
+    while (springls__pair_places[p][0] + springls__pair_places[p][1] != a + b
+           || springls__pair_places[p][0] * springls__pair_places[p][1] != a * b) p++;
+    return p;
+}
+
+/* Adds the pulls of a triangle to its corners that are junctions. */
+SPRINGLS__FN springls_status springls__pull_junctions(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      int triangle)
+{
+    const springls_walls *walls = &tiling->walls;
+    const int32_t *labels = walls->labels + 2 * (size_t)triangle;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    double corner[3][3], n[3], pull[3], area2, tension;
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        const springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
+        springls__junction *junction;
+        int pair;
+        if (film->junction < 0) continue;
+        springls__film_triangle(walls, triangle, corner, n);
+        area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+        springls__film_pull(corner, n, area2 > 0.0 ? tension / area2 : 0.0, i, pull);
+        junction = (springls__junction *)tiling->junctions.data + film->junction;
+        pair = springls__pair_of_places(springls__place_at_film(film, labels[0]), springls__place_at_film(film, labels[1]));
+        junction->walled[pair] = true;
+        for (k = 0; k < 3; k++) junction->pull[pair][k] += pull[k];
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first of the two opposite pairs of a line where four walls meet that share none; -1: it is no such line. */
+SPRINGLS__FN int springls__parted_pair(const springls__junction *junction)
+{
+    int p, found = -1, missing = 0;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++) missing += !junction->walled[p];
+    for (p = 0; p < 3; p++)
+        if (!junction->walled[p] && !junction->walled[5 - p]) found = p;
+    return missing == 2 ? found : -1;
+}
+
+/* Finds what draws the body at place c of a junction back, where the two bodies of pair `new_wall` meet: a force, and its length. */
+SPRINGLS__FN double springls__withdraw(const springls__junction *junction, int c, int new_wall, double held, double force[3])
+{
+    const double *one = junction->pull[springls__pair_of_places(c, springls__pair_places[new_wall][0])];
+    const double *other = junction->pull[springls__pair_of_places(c, springls__pair_places[new_wall][1])];
+    double length;
+    int k;
+    for (k = 0; k < 3; k++) force[k] = one[k] + other[k];
+    length = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
+    for (k = 0; k < 3; k++) force[k] *= length > held ? (length - held) / length : 0.0;
+    return length - held;
+}
+
+/* Finds the pull that a new wall between a pair would have: its tension, times the length of the line. */
+SPRINGLS__FN springls_status springls__new_pull(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                const springls__junction *junction, int new_wall, double *pull)
+{
+    const springls__film *film = (const springls__film *)tiling->films.data + junction->film;
+    double length = 0.0, tension;
+    int32_t labels[2];
+    int p, i, count = 0;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++) {
+        const double *f = junction->pull[p];
+        if (!junction->walled[p]) continue;
+        for (i = 0; i < 2; i++) labels[i] = film->label[springls__pair_places[p][i]];
+        SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+        if (!(tension > 0.0)) continue;
+        length += sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) / tension;
+        count++;
+    }
+    for (i = 0; i < 2; i++) labels[i] = film->label[springls__pair_places[new_wall][i]];
+    SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+    *pull = count > 0 ? tension * length / (double)count : HUGE_VAL;
+    return SPRINGLS_OK;
+}
+
+/* Finds which two bodies draw back from a junction, and how fast. */
+SPRINGLS__FN springls_status springls__split_junction(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      springls__junction *junction)
+{
+    const springls__film *film = (const springls__film *)tiling->films.data + junction->film;
+    const int parted = springls__parted_pair(junction);
+    double most = 0.0;
+    int way, i, k;
+    if (parted < 0) return SPRINGLS_OK;
+    for (way = 0; way < 2; way++) {
+        const int new_wall = way ? 5 - parted : parted;
+        double held, force[2][3], drawn[2];
+        SPRINGLS__TRY(springls__new_pull(tiling, call, desc, junction, new_wall, &held));
+        for (i = 0; i < 2; i++)
+            drawn[i] = springls__withdraw(junction, springls__pair_places[5 - new_wall][i], new_wall, held, force[i]);
+        if (!(drawn[0] > 0.0 && drawn[1] > 0.0 && drawn[0] + drawn[1] > most)) continue;
+        most = drawn[0] + drawn[1];
+        memset(junction->draws_back, 0, sizeof junction->draws_back);
+        for (i = 0; i < 2; i++) {
+            const int c = springls__pair_places[5 - new_wall][i];
+            for (k = 0; k < 3; k++) force[i][k] = (force[i][k] + film->along[k]) / film->mass;
+            junction->draws_back[c] = true;
+            junction->velocity[c] = springls__film_speed(tiling, force[i], (double)desc->dt);
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds what happens at all junctions. */
+SPRINGLS__FN springls_status springls__split_junctions(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    int i;
+    SPRINGLS__TRY(springls__list_junctions(tiling));
+    for (i = 0; i < tiling->walls.triangle_count && tiling->junction_count > 0; i++)
+        SPRINGLS__TRY(springls__pull_junctions(tiling, call, desc, i));
+    for (i = 0; i < tiling->junction_count; i++)
+        SPRINGLS__TRY(springls__split_junction(tiling, call, desc, (springls__junction *)tiling->junctions.data + i));
+    return SPRINGLS_OK;
 }
 
 /* ---- the walls in a step ---- */
@@ -52778,7 +52974,7 @@ SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const
         if (held->is_given && !(held->target > 0.0)) held->target = held->volume;
     }
     springls__move_films(tiling, (double)desc->dt);
-    return SPRINGLS_OK;
+    return springls__split_junctions(tiling, call, desc);
 }
 
 SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
@@ -52787,6 +52983,21 @@ SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
     for (i = 0; i < SPRINGLS__FILM_LABELS; i++)
         if (film->label[i] == label) return true;
     return false;
+}
+
+/* Returns the velocity of a vertex as the wall between two labels has it. */
+SPRINGLS__FN springls__v3 springls__vertex_velocity(const springls_tiling *tiling, const springls__film *film, int32_t own, int32_t facing)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
+        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
+        if (junction->draws_back[i] && film->label[i] == own) return junction->velocity[i];
+    }
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
+        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
+        if (junction->draws_back[i] && film->label[i] == facing) return junction->velocity[i];
+    }
+    return film->velocity;
 }
 
 /* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the
@@ -52815,7 +53026,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling,
                 w = (1.0f - near2) * (1.0f - near2);
                 for (k = 0; k < 2; k++) {
                     if (k == 0 && !springls__film_has(&films[v], facing)) continue;
-                    sum[k] = springls__mad(sum[k], films[v].velocity, w);
+                    sum[k] = springls__mad(sum[k], springls__vertex_velocity(tiling, &films[v], own, facing), w);
                     weight[k] += w;
                 }
             }

@@ -557,7 +557,8 @@
 
    With tension the walls become films: the vertices of their mesh go down the slope of tension times area, so that within a wall they move
    by its mean curvature, and lines where walls meet by the pull of all of them; tension_of gives each pair of labels its own. held keeps
-   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. Both
+   volumes, by the pressures that this takes, or lets bodies grow to a target. Bubbles come to rest at the angles of Plateau's laws. A wall
+   that has shrunk to a line where four meet gives way to one between the two others (a T1 change), where that is shorter. Both
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
    Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next

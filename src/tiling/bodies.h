@@ -43,6 +43,8 @@ struct springls_tiling {
     springls__buffer bodies;
     springls__buffer shift, gap, flag, added, vanished; /* working memory: of all springls, of one body's, events    */
     springls__buffer films, film_memory[4]; /* working memory: of the walls' vertices, of all voxels (films.h)        */
+    springls__buffer junctions; /* working memory: vertices of the walls with four labels (films.h)                  */
+    int junction_count;
     springls__pair_list next_pairs; /* neighbours after the step that runs                                          */
     springls__buffer neighbors, next; /* bodies that share walls (neighbors_of_bodies.h): as of the last look, and of the step that runs */
     int neighbor_count;
@@ -229,6 +231,7 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->added);
     springls__buffer_free(host, &tiling->vanished);
     springls__buffer_free(host, &tiling->films);
+    springls__buffer_free(host, &tiling->junctions);
     springls__buffer_free(host, &tiling->neighbors);
     springls__buffer_free(host, &tiling->next);
     springls__buffer_free(host, &tiling->met);

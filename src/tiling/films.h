@@ -8,7 +8,15 @@
 
    where the pressures p_i are the Lagrange multipliers of the volumes that are held: sum over v of g_iv u_v is what body i lacks, over dt.
    What springls lose on their way, always alike, is aimed for in addition (drift).
-   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike. */
+   Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike.
+
+   Where a wall has shrunk to a line, four walls meet in one: the pulls cancel, and no vertex would move, though the line is not stable. Two
+   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The tip
+   of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
+
+       f_c = |F_ca + F_cb| - tension_ab l
+
+   Of the two pairs that may draw back those do whose f are positive, and larger in sum. */
 #ifndef SPRINGLS__TILING_FILMS_H
 #define SPRINGLS__TILING_FILMS_H
 
@@ -21,7 +29,21 @@ typedef struct springls__film {
     double force[3], along[3], mass;
     springls__v3 place, velocity; /* voxels                                                                            */
     int32_t label[SPRINGLS__FILM_LABELS];
+    int junction;                 /* its number, -1: it is none                                                        */
 } springls__film;
+
+enum { SPRINGLS__JUNCTION_LABELS = 4, SPRINGLS__JUNCTION_PAIRS = 6 };
+
+/* A vertex with four labels: what the walls of each pair of them pull, pair p opposite to pair 5 - p, and how fast the label at each place
+   of the vertex's list draws back, voxels. World units. */
+typedef struct springls__junction {
+    double pull[SPRINGLS__JUNCTION_PAIRS][3];
+    bool walled[SPRINGLS__JUNCTION_PAIRS], draws_back[SPRINGLS__JUNCTION_LABELS];
+    springls__v3 velocity[SPRINGLS__JUNCTION_LABELS];
+    int film;
+} springls__junction;
+
+static const int springls__pair_places[SPRINGLS__JUNCTION_PAIRS][2] = { { 0, 1 }, { 0, 2 }, { 0, 3 }, { 1, 2 }, { 1, 3 }, { 2, 3 } };
 
 #define SPRINGLS__FILM_REACH 1.5f /* voxels: from a springl to the vertices that it follows */
 
@@ -63,6 +85,17 @@ SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const
                           (long)labels[low], (long)labels[!low]);
 }
 
+/* Finds the pull of a triangle on its corner i: `tension`, over twice its area, times its normal across the opposite side. */
+SPRINGLS__FN void springls__film_pull(double corner[3][3], const double n[3], double tension, int i, double pull[3])
+{
+    const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        const int u = (k + 1) % 3, v = (k + 2) % 3;
+        pull[k] = -0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
+    }
+}
+
 /* Adds what a triangle gives to its vertices and to the volumes of the bodies on its two sides. */
 SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                 int triangle)
@@ -79,12 +112,10 @@ SPRINGLS__FN springls_status springls__add_film(springls_tiling *tiling, const c
     for (k = 0; k < 3; k++) volume += corner[0][k] * n[k];
     for (i = 0; i < 3; i++) {
         springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
-        const double *from = corner[(i + 1) % 3], *to = corner[(i + 2) % 3];
+        double pull[3];
+        springls__film_pull(corner, n, tension, i, pull);
         film->mass += area2 / 6.0;
-        for (k = 0; k < 3; k++) {
-            const int u = (k + 1) % 3, v = (k + 2) % 3;
-            film->force[k] -= 0.5 * tension * (n[u] * (to[v] - from[v]) - n[v] * (to[u] - from[u]));
-        }
+        for (k = 0; k < 3; k++) film->force[k] += pull[k];
         for (k = 0; k < 2; k++) springls__name_film(film, labels[k]);
     }
     for (k = 0; k < 2; k++) {
@@ -175,10 +206,21 @@ SPRINGLS__FN void springls__solve_pressures(const springls_tiling *tiling)
     }
 }
 
+/* Returns a velocity in voxels, at most half a voxel in a step, of one in world units. */
+SPRINGLS__FN springls__v3 springls__film_speed(const springls_tiling *tiling, const double u[3], double dt)
+{
+    const double *to_voxel = tiling->host->window.to_voxel;
+    double v[3], largest;
+    int k;
+    for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
+    largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5;
+    for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
 /* Finds the velocities of all vertices. */
 SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
 {
-    const double *to_voxel = tiling->host->window.to_voxel;
     springls__film *films = (springls__film *)tiling->films.data;
     int i, k;
     springls__grow_films(tiling, true);
@@ -190,13 +232,162 @@ SPRINGLS__FN void springls__move_films(springls_tiling *tiling, double dt)
     for (i = 0; i < tiling->count; i++) tiling->body[i].held.way = tiling->body[i].held.pressure;
     springls__push_films(tiling);
     for (i = 0; i < tiling->walls.vertex_count; i++) {
-        double u[3], v[3], largest;
+        double u[3];
         for (k = 0; k < 3; k++) u[k] = (films[i].force[k] + films[i].along[k]) / films[i].mass;
-        for (k = 0; k < 3; k++) v[k] = to_voxel[4 * k] * u[0] + to_voxel[4 * k + 1] * u[1] + to_voxel[4 * k + 2] * u[2];
-        largest = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * dt / 0.5; /* half a voxel in a step */
-        for (k = 0; k < 3; k++) v[k] /= largest > 1.0 ? largest : 1.0;
-        films[i].velocity = springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+        films[i].velocity = springls__film_speed(tiling, u, dt);
     }
+}
+
+/* ---- lines where four walls meet ---- */
+
+/* Numbers the vertices that have four labels. */
+SPRINGLS__FN springls_status springls__list_junctions(springls_tiling *tiling)
+{
+    springls__film *films = (springls__film *)tiling->films.data;
+    springls__junction *junctions;
+    int i, count = 0;
+    for (i = 0; i < tiling->walls.vertex_count; i++) {
+        const int32_t *label = films[i].label;
+        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
+        films[i].junction = four ? count++ : -1;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->junctions, (size_t)count + 1, sizeof *junctions, 0));
+    junctions = (springls__junction *)tiling->junctions.data;
+    memset(junctions, 0, (size_t)count * sizeof *junctions);
+    for (i = 0; i < tiling->walls.vertex_count; i++)
+        if (films[i].junction >= 0) junctions[films[i].junction].film = i;
+    tiling->junction_count = count;
+    return SPRINGLS_OK;
+}
+
+/* Returns the place of a label among those of a vertex with four, -1: it has another four. */
+SPRINGLS__FN int springls__place_at_film(const springls__film *film, int32_t label)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS; i++)
+        if (film->label[i] == label) return i;
+    return -1;
+}
+
+/* Returns the number of the pair of two places of four. */
+SPRINGLS__FN int springls__pair_of_places(int a, int b)
+{
+    int p = 0;
+    while (springls__pair_places[p][0] + springls__pair_places[p][1] != a + b
+           || springls__pair_places[p][0] * springls__pair_places[p][1] != a * b) p++;
+    return p;
+}
+
+/* Adds the pulls of a triangle to its corners that are junctions. */
+SPRINGLS__FN springls_status springls__pull_junctions(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      int triangle)
+{
+    const springls_walls *walls = &tiling->walls;
+    const int32_t *labels = walls->labels + 2 * (size_t)triangle;
+    const springls__film *films = (const springls__film *)tiling->films.data;
+    double corner[3][3], n[3], pull[3], area2, tension;
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        const springls__film *film = &films[walls->triangles[3 * (size_t)triangle + (size_t)i]];
+        springls__junction *junction;
+        int pair;
+        if (film->junction < 0) continue;
+        springls__film_triangle(walls, triangle, corner, n);
+        area2 = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+        springls__film_pull(corner, n, area2 > 0.0 ? tension / area2 : 0.0, i, pull);
+        junction = (springls__junction *)tiling->junctions.data + film->junction;
+        pair = springls__pair_of_places(springls__place_at_film(film, labels[0]), springls__place_at_film(film, labels[1]));
+        junction->walled[pair] = true;
+        for (k = 0; k < 3; k++) junction->pull[pair][k] += pull[k];
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first of the two opposite pairs of a line where four walls meet that share none; -1: it is no such line. */
+SPRINGLS__FN int springls__parted_pair(const springls__junction *junction)
+{
+    int p, found = -1, missing = 0;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++) missing += !junction->walled[p];
+    for (p = 0; p < 3; p++)
+        if (!junction->walled[p] && !junction->walled[5 - p]) found = p;
+    return missing == 2 ? found : -1;
+}
+
+/* Finds what draws the body at place c of a junction back, where the two bodies of pair `new_wall` meet: a force, and its length. */
+SPRINGLS__FN double springls__withdraw(const springls__junction *junction, int c, int new_wall, double held, double force[3])
+{
+    const double *one = junction->pull[springls__pair_of_places(c, springls__pair_places[new_wall][0])];
+    const double *other = junction->pull[springls__pair_of_places(c, springls__pair_places[new_wall][1])];
+    double length;
+    int k;
+    for (k = 0; k < 3; k++) force[k] = one[k] + other[k];
+    length = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
+    for (k = 0; k < 3; k++) force[k] *= length > held ? (length - held) / length : 0.0;
+    return length - held;
+}
+
+/* Finds the pull that a new wall between a pair would have: its tension, times the length of the line. */
+SPRINGLS__FN springls_status springls__new_pull(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                const springls__junction *junction, int new_wall, double *pull)
+{
+    const springls__film *film = (const springls__film *)tiling->films.data + junction->film;
+    double length = 0.0, tension;
+    int32_t labels[2];
+    int p, i, count = 0;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++) {
+        const double *f = junction->pull[p];
+        if (!junction->walled[p]) continue;
+        for (i = 0; i < 2; i++) labels[i] = film->label[springls__pair_places[p][i]];
+        SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+        if (!(tension > 0.0)) continue;
+        length += sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) / tension;
+        count++;
+    }
+    for (i = 0; i < 2; i++) labels[i] = film->label[springls__pair_places[new_wall][i]];
+    SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
+    *pull = count > 0 ? tension * length / (double)count : HUGE_VAL;
+    return SPRINGLS_OK;
+}
+
+/* Finds which two bodies draw back from a junction, and how fast. */
+SPRINGLS__FN springls_status springls__split_junction(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
+                                                      springls__junction *junction)
+{
+    const springls__film *film = (const springls__film *)tiling->films.data + junction->film;
+    const int parted = springls__parted_pair(junction);
+    double most = 0.0;
+    int way, i, k;
+    if (parted < 0) return SPRINGLS_OK;
+    for (way = 0; way < 2; way++) {
+        const int new_wall = way ? 5 - parted : parted;
+        double held, force[2][3], drawn[2];
+        SPRINGLS__TRY(springls__new_pull(tiling, call, desc, junction, new_wall, &held));
+        for (i = 0; i < 2; i++)
+            drawn[i] = springls__withdraw(junction, springls__pair_places[5 - new_wall][i], new_wall, held, force[i]);
+        if (!(drawn[0] > 0.0 && drawn[1] > 0.0 && drawn[0] + drawn[1] > most)) continue;
+        most = drawn[0] + drawn[1];
+        memset(junction->draws_back, 0, sizeof junction->draws_back);
+        for (i = 0; i < 2; i++) {
+            const int c = springls__pair_places[5 - new_wall][i];
+            for (k = 0; k < 3; k++) force[i][k] = (force[i][k] + film->along[k]) / film->mass;
+            junction->draws_back[c] = true;
+            junction->velocity[c] = springls__film_speed(tiling, force[i], (double)desc->dt);
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds what happens at all junctions. */
+SPRINGLS__FN springls_status springls__split_junctions(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    int i;
+    SPRINGLS__TRY(springls__list_junctions(tiling));
+    for (i = 0; i < tiling->walls.triangle_count && tiling->junction_count > 0; i++)
+        SPRINGLS__TRY(springls__pull_junctions(tiling, call, desc, i));
+    for (i = 0; i < tiling->junction_count; i++)
+        SPRINGLS__TRY(springls__split_junction(tiling, call, desc, (springls__junction *)tiling->junctions.data + i));
+    return SPRINGLS_OK;
 }
 
 /* ---- the walls in a step ---- */
@@ -266,7 +457,7 @@ SPRINGLS__FN springls_status springls__pull_films(springls_tiling *tiling, const
         if (held->is_given && !(held->target > 0.0)) held->target = held->volume;
     }
     springls__move_films(tiling, (double)desc->dt);
-    return SPRINGLS_OK;
+    return springls__split_junctions(tiling, call, desc);
 }
 
 SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
@@ -275,6 +466,21 @@ SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
     for (i = 0; i < SPRINGLS__FILM_LABELS; i++)
         if (film->label[i] == label) return true;
     return false;
+}
+
+/* Returns the velocity of a vertex as the wall between two labels has it. */
+SPRINGLS__FN springls__v3 springls__vertex_velocity(const springls_tiling *tiling, const springls__film *film, int32_t own, int32_t facing)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
+        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
+        if (junction->draws_back[i] && film->label[i] == own) return junction->velocity[i];
+    }
+    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
+        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
+        if (junction->draws_back[i] && film->label[i] == facing) return junction->velocity[i];
+    }
+    return film->velocity;
 }
 
 /* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the
@@ -303,7 +509,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling,
                 w = (1.0f - near2) * (1.0f - near2);
                 for (k = 0; k < 2; k++) {
                     if (k == 0 && !springls__film_has(&films[v], facing)) continue;
-                    sum[k] = springls__mad(sum[k], films[v].velocity, w);
+                    sum[k] = springls__mad(sum[k], springls__vertex_velocity(tiling, &films[v], own, facing), w);
                     weight[k] += w;
                 }
             }

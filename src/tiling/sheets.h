@@ -193,7 +193,7 @@ SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other
 
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place.
+     lies in its place, or where by phi a third body is in front, which has come between (a T1 change).
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -210,6 +210,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     else if (touching < 0.0f) *gap = touching;
     else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
+    else if (own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
     else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
