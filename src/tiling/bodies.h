@@ -12,7 +12,7 @@
 #include "../lifecycle/create.h"
 #include "../output/attributes.h"
 
-enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1 };
+enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1, SPRINGLS__MOST_IDLE = 256 };
 
 /* The volume of a body, and what holds it (films.h), world units; target 0: nothing does. */
 typedef struct springls__held { double target, drift, volume, pressure, missing, way, product; bool is_given; } springls__held;
@@ -55,6 +55,7 @@ struct springls_tiling {
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
+    int idle;                  /* steps without forces, the last ones; no more than MOST_IDLE are counted (tiling_rest.h) */
     int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
     uint64_t calm_hash;        /* of what springls have faced since                                                  */
     springls_tiling_report calm_report; /* the last one with gaps                                                    */
@@ -120,7 +121,7 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->facing_known = false;
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
-    tiling->calm_steps = 0;
+    tiling->idle = tiling->calm_steps = 0;
 }
 
 /* Orders bodies by their labels. Nearly all are in order. */

@@ -85,7 +85,7 @@ SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join 
     for (i = 0; i < tiling->count; i++)
         if (tiling->body[i].label != join->body.label) springls__face_instead(&tiling->body[i], join->gone, join->body.label);
     tiling->neighbors_known = false;
-    tiling->calm_steps = 0;
+    tiling->idle = tiling->calm_steps = 0;
 }
 
 /* Frees the joined bodies that have been prepared, and not been taken. */

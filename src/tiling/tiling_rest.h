@@ -1,9 +1,15 @@
 /* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
-   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does. */
+   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does.
+
+   Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
+   body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
+   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. */
 #ifndef SPRINGLS__TILING_TILING_REST_H
 #define SPRINGLS__TILING_TILING_REST_H
 
 #include "../output/measure.h"
+#include "../solver/step.h"
+#include "../stages/sleep.h"
 #include "bodies.h"
 
 /* Returns whether all models sleep. */
@@ -13,6 +19,22 @@ SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
     for (i = 0; i < tiling->count; i++)
         if (!springls_at_rest(tiling->body[i].ctx)) return false;
     return tiling->count > 0;
+}
+
+/* Lets a model sleep, with phi where its springls are. */
+SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    (void)tiling, (void)arg;
+    SPRINGLS__TRY(springls__begin_change(body->ctx));
+    springls__rest_all(body->ctx);
+    return SPRINGLS_OK;
+}
+
+/* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
+SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
+{
+    if (forces || (tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling))) tiling->idle = 0;
+    else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
 }
 
 /* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */

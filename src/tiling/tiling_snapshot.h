@@ -7,7 +7,7 @@
 #include "bodies.h"
 
 /* Lists the numbers of a tiling: X(type, name). */
-#define SPRINGLS__TILING_NUMBERS(X) X(int32_t, bodies) X(uint32_t, steps) X(int32_t, facing_known)
+#define SPRINGLS__TILING_NUMBERS(X) X(int32_t, bodies) X(uint32_t, steps) X(int32_t, facing_known) X(int32_t, idle)
 
 typedef struct springls__tiling_state {
 #define SPRINGLS__NUMBER_MEMBER(type, name) type name;
@@ -66,6 +66,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     state.bodies = tiling->count;
     state.steps = tiling->steps;
     state.facing_known = tiling->facing_known;
+    state.idle = tiling->idle;
     springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
     springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
     springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
@@ -183,7 +184,7 @@ SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, sprin
         at += springls__padded(bytes);
     }
     if (at != size || !read->has_numbers || !read->has_grid || read->state.bodies != count || count == 1
-        || !springls__flag_good(read->state.facing_known)) return springls__block_fails(tiling, "damaged");
+        || !springls__flag_good(read->state.facing_known) || read->state.idle < 0 || read->state.idle > SPRINGLS__MOST_IDLE) return springls__block_fails(tiling, "damaged");
     return SPRINGLS_OK;
 }
 
@@ -275,6 +276,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
+    tiling->idle = read->state.idle;
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
     tiling->calm_steps = 0;

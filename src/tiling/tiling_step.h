@@ -66,6 +66,12 @@ SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
     return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
 }
 
+/* Returns whether anything may move a tiling that is at rest. */
+SPRINGLS__FN bool springls__has_forces(const springls_tiling_step_desc *desc)
+{
+    return springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+}
+
 /* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
 SPRINGLS__FN void springls__add_film_velocity(const springls__tiling_push *push, const springls_batch *given, float *out)
 {
@@ -269,21 +275,16 @@ SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const sprin
     return tiling->steps % period == 0;
 }
 
-/* Does the work on a checked description. On failure models are left as they are. */
-SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
-                                                       springls_tiling_report *report)
+/* Looks at all walls, closes them, and finds which bodies have met, parted or joined. */
+SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                     springls_tiling_report *report)
 {
     const char *call = "tiling_step";
     springls__pair_list pairs;
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
-    SPRINGLS__TRY(springls__find_facing(tiling, call));
-    if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
-    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
-    tiling->steps++;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
+    if (tiling->idle < SPRINGLS__MOST_IDLE) SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
+    else SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, false));
     springls__report_gaps(tiling, report);
     SPRINGLS__TRY(springls__list_pairs(tiling, &tiling->pairs, &pairs));
     SPRINGLS__TRY(springls__find_changes(tiling, &pairs, report));
@@ -291,11 +292,28 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     return springls__report_joins(tiling, report);
 }
 
+/* Does the work on a checked description. On failure models are left as they are. */
+SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                       springls_tiling_report *report)
+{
+    const char *call = "tiling_step";
+    const int idle = tiling->idle;
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    SPRINGLS__TRY(springls__find_facing(tiling, call));
+    if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
+    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
+    tiling->steps++;
+    springls__count_idle(tiling, springls__has_forces(desc));
+    SPRINGLS__TRY(springls__work_on_walls(tiling, desc, report));
+    if (idle == SPRINGLS__MOST_IDLE || tiling->idle < SPRINGLS__MOST_IDLE) return SPRINGLS_OK;
+    return springls__for_bodies(tiling, call, springls__put_to_rest, NULL);
+}
+
 /* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
 SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    const bool forces = springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
-    return !forces && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
+    return !springls__has_forces(desc) && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
 }
 
 /* Counts a step of a tiling at rest. */
@@ -330,7 +348,7 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls_status status;
     uint32_t steps;
     bool facing_known, slept;
-    int count, i;
+    int count, idle, i;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -341,6 +359,7 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
     steps = tiling->steps;
+    idle = tiling->idle;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
     springls__free_films(tiling);
@@ -360,6 +379,7 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     springls__sort_bodies(tiling->body, count);
     springls__go_back(tiling);
     tiling->steps = steps;
+    tiling->idle = idle;
     tiling->facing_known = facing_known;
     return status;
 }

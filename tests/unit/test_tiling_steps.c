@@ -876,6 +876,62 @@ TEST bodies_rest(void)
     PASS();
 }
 
+/* Five bodies about the middle of a ball, voxel by voxel. */
+static void five_labels(int32_t *labels, int size, double radius)
+{
+    const d3 way[5] = { d3_make(1.0, 0.2, 0.1), d3_make(-0.5, 0.9, 0.1), d3_make(-0.5, -0.8, 0.3), d3_make(0.1, 0.2, 1.1),
+                        d3_make(0.2, 0.1, -1.0) };
+    const d3 middle = d3_make(size / 2.0 - 0.4, size / 2.0 - 0.3, size / 2.0 - 0.6);
+    int i, k;
+    for (i = 0; i < size * size * size; i++) {
+        const d3 x = d3_sub(d3_make(i % size, i / size % size, i / (size * size)), middle);
+        int best = 0;
+        for (k = 1; k < 5; k++)
+            if (d3_dot(x, way[k]) > d3_dot(x, way[best])) best = k;
+        labels[i] = d3_length(x) < radius ? best + 1 : 0;
+    }
+}
+
+/* A tiling in which springls would be filled in and removed again for ever comes to rest all the same, with the same bits after it
+   has been restored in between; and wakes where it is touched. */
+TEST all_come_to_rest(void)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling = tiling_of_size(BALL, NULL), *other = tiling_of_size(BALL, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_context *body;
+    float places[9];
+    char *block = NULL;
+    size_t size;
+    int i, resting;
+    five_labels(labels, BALL, 5.3);
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 1));
+    step.dt = 0.125f;
+    for (i = 0; i < 280; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+        if (i == 200) ASSERT_LT(resting_bodies(tiling), 6);
+        if (i == 200) block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    }
+    ASSERT_EQ(6, resting_bodies(tiling));
+    ASSERT_OK(springls_tiling_restore(other, block, size));
+    free(block);
+    for (i = 201; i < 280; i++) ASSERT_OK(springls_tiling_step(other, &step, NULL));
+    ASSERT_EQ(6, resting_bodies(other));
+    ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    body = springls_tiling_body(tiling, 2);
+    memcpy(places, springls_view_vertices(body).data, sizeof places);
+    for (i = 0; i < 9; i++) places[i] += 0.3f;
+    ASSERT_OK(springls_write(body, 0, 1, places, NULL));
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_FALSE(springls_at_rest(body));
+    for (i = 0; i < 280; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    resting = resting_bodies(tiling);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    ASSERT_EQ(6, resting);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -905,5 +961,6 @@ int main(int argc, char **argv)
     RUN_TEST(mirrored_springls_inherit);
     RUN_TEST(mirrored_springls_are_counted);
     RUN_TEST(bodies_rest);
+    RUN_TEST(all_come_to_rest);
     GREATEST_MAIN_END();
 }
