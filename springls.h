@@ -334,11 +334,12 @@
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
    OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
    springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
-   springls_sample_inside follow the same mesh. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
+   springls_sample_inside follow the same mesh, of which a call with few of them makes no more than it needs: of a ball of 17,600 springls a
+   pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
    the grid has it more than half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update
    makes the mesh again where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than
-   the tolerance from the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On a ball of 17,600 springls
-   all takes some 50 ms, and a brush about 9 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice,
+   the tolerance from the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all
+   takes some 50 ms, and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice,
    and .7 KB a brick twice.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
@@ -862,6 +863,7 @@
      >>chunk_lod            src/output/chunk_lod.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
+     >>contour_nearby       src/output/contour_nearby.h
      >>contour_query        src/output/contour_query.h
      >>zero_level           src/output/zero_level.h
      >>error_estimates      src/output/error_estimates.h
@@ -1982,8 +1984,10 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too; it is made, with
-                                    a hierarchy, at the first query after the model has changed. LEVEL_SET, and while a step or an
+    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too. A call with up
+                                    to 16 queries makes the parts of the mesh that it needs; one with more, or when calls since
+                                    the last change of the model have made as much as that together, the whole mesh and a
+                                    hierarchy. LEVEL_SET, and while a step or an
                                     update of chunks is in progress: the zero level, closed. Nothing is built then
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
@@ -6356,6 +6360,7 @@ enum {
     SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_KEY,
     SPRINGLS__SURFACE_REGION,
     SPRINGLS__SURFACE_SPRINGLS,
     SPRINGLS__SURFACE_SURFEL,
@@ -6570,6 +6575,8 @@ struct springls_context {
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
+    uint64_t nearby_version; /* the model_version that queries of few places have made bricks of that mesh of      */
+    int nearby_bricks;       /* how many, margins included                                                        */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */
@@ -15003,6 +15010,15 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
+/* Converts a place or a direction: both have the grid's origin at zero. */
+SPRINGLS__FN void springls__model_to_voxel(const springls_context *ctx, springls__v3 x, double voxel[3])
+{
+    const double *m = ctx->window.to_voxel, unit = (double)ctx->smallest_spacing;
+    int k;
+    for (k = 0; k < 3; k++)
+        voxel[k] = unit * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+}
+
 /* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__place_to_model(const springls_context *ctx, const double world[3])
 {
@@ -18025,6 +18041,18 @@ SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__su
     return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));
 }
 
+/* Returns whether cells of the region have edges of a row, or of the one before or after it along its axis. */
+SPRINGLS__MATHS bool springls__is_beside_shared_row(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                                    int row)
+{
+    int way;
+    for (way = -1; way < 2; way++) {
+        const int b = springls__brick_beside(brick, row >> 6, way);
+        if (b >= 0 && springls__is_shared_row(contour->brick + b, row)) return true;
+    }
+    return false;
+}
+
 /* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
 SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                               int axis)
@@ -18165,8 +18193,7 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
         }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
-        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)
-                       || springls__is_beside_region(brick, row >> 6, 1))) continue;
+        if (!some || !springls__is_beside_shared_row(contour, brick, row)) continue;
         springls__gather_line(contour, brick, row, false, work);
         springls__weigh_runs(contour, brick, work);
         for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */
@@ -20000,6 +20027,19 @@ SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *me
 
 /* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
 
+/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
+SPRINGLS__FN uint64_t springls__place_key(const int place[3])
+{
+    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
+}
+
+/* Finds the place whose key that is. */
+SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+}
+
 /* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
 SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
 {
@@ -20039,6 +20079,14 @@ SPRINGLS__FN bool springls__surface_reaches(const springls__grid *g, const int p
     return false;
 }
 
+SPRINGLS__FN void springls__clear_surface_slots(springls__surface_job *job)
+{
+    int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    size_t slot;
+    for (slot = 0; slot < job->table_size; slot++) table[slot] = -1;
+    job->places = 0;
+}
+
 /* Adds the brick at a place to the table, if it is new there. */
 SPRINGLS__FN void springls__add_surface_brick(springls__surface_job *job, const int place[3])
 {
@@ -20058,11 +20106,14 @@ SPRINGLS__FN void springls__add_surface_bricks_around(springls__surface_job *job
     }
 }
 
-/* Lists the places of the table's bricks: those that are active and all around them. */
-SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
+/* Lists the places of the table's bricks: those that are active and all around them, in the order of their keys, in which a region has them
+   too: then the first of two triangles is the same one in both. */
+SPRINGLS__FN springls_status springls__list_all_bricks(springls__surface_job *job)
 {
-    const springls__grid *g = &job->ctx->model.grid;
-    int i, d, place[3], center[3];
+    springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    int i, d, place[3], center[3], bricks;
+    uint64_t *key;
     for (i = 0; i < g->active_count; i++) {
         springls__brick_place(g, g->slot_brick[g->active[i]], center);
         for (d = 0; d < 27; d++) {
@@ -20070,7 +20121,18 @@ SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
             springls__add_surface_brick(job, place);
         }
     }
-    job->bricks = job->places;
+    bricks = job->places;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_KEY, (size_t)bricks, sizeof *key));
+    key = (uint64_t *)ctx->surface_memory[SPRINGLS__SURFACE_KEY].data;
+    for (i = 0; i < bricks; i++) key[i] = springls__place_key((int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)i);
+    springls__sort_keys(key, (size_t)bricks);
+    springls__clear_surface_slots(job);
+    for (i = 0; i < bricks; i++) {
+        springls__place_of_key(key[i], place);
+        springls__add_surface_brick(job, place);
+    }
+    job->bricks = bricks;
+    return SPRINGLS_OK;
 }
 
 /* Lists the places of a region's bricks, those of its margin, and those around the margin. */
@@ -20116,15 +20178,13 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     const springls__grid *g = &ctx->model.grid;
     const bool all = ctx->surface_region == SPRINGLS__SURFACE_OF_ALL;
     const size_t most = all ? 27 * (size_t)g->active_count : 125 * (size_t)ctx->surface_region, size = springls__table_size(most);
-    int i, d, k, place[3], *places, *table;
-    size_t slot;
+    int i, d, k, place[3], *places;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
-    table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
     job->table_size = size;
-    for (slot = 0; slot < size; slot++) table[slot] = -1;
-    if (all) springls__list_all_bricks(job);
+    springls__clear_surface_slots(job);
+    if (all) SPRINGLS__TRY(springls__list_all_bricks(job));
     else springls__list_region_bricks(job);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
@@ -20512,11 +20572,16 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
     return SPRINGLS_OK;
 }
 
-/* Adds the areas of triangles to the normals of vertices that have none, as where a change of side is all that is known. */
-SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
+/* Makes the normals of vertices unit vectors: where springls give none, as where a change of side is all that is known, the gradient of phi
+   is it; where phi has none either, the areas of the triangles around. */
+SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__raw_mesh *mesh)
 {
     int t, k;
-    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+    for (k = 0; k < mesh->vertex_count; k++) {
+        springls__v3 *n = &mesh->normals[k];
+        *n = springls__normalize(*n);
+        if (springls__length2(*n) < 0.5f) *n = springls__normalize(springls__grid_gradient(g, g->phi, mesh->positions[k]));
+    }
     for (t = 0; t < mesh->triangle_count; t++) {
         const int *corner = mesh->triangles + 3 * (size_t)t;
         springls__tri tri;
@@ -20566,7 +20631,7 @@ SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
     springls__raw_mesh mesh;
     memset(&mesh, 0, sizeof mesh);
     if (job->bricks > 0) SPRINGLS__TRY(springls__surface_gather(job, &mesh));
-    springls__surface_normals(&mesh);
+    springls__surface_normals(&ctx->model.grid, &mesh);
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
     ctx->surface_triangles = mesh.triangle_count;
@@ -26261,12 +26326,13 @@ SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle within t_max, and where. */
+/* Returns whether the ray meets a triangle within t_max, and where. Floats are compared: so which of two equal ones is found does not depend
+   on which is tried first. */
 SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
     double t;
     float b[3];
-    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
+    if (!springls__ray_meets(&r->frame, tri, DBL_MAX, &t, b) || (float)t > t_max) return false;
     out->t = (float)t;
     memcpy(out->hit.bary, b, sizeof b);
     out->hit.point = springls__tri_point(tri, b);
@@ -28282,12 +28348,6 @@ SPRINGLS__FN int springls__vertex_of_corner(springls__contour_around *around, ui
 
 /* ---- the region ---- */
 
-/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
-SPRINGLS__FN uint64_t springls__place_key(const int place[3])
-{
-    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
-}
-
 /* Returns whether the region has the brick whose key that is. */
 SPRINGLS__FN bool springls__region_has(const springls__contour_chunks *c, uint64_t key)
 {
@@ -29073,13 +29133,6 @@ SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, c
         }
         springls__add_box_to_region(c, lower, upper);
     }
-}
-
-/* Finds the place whose key that is. */
-SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
-{
-    int axis;
-    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
 }
 
 /* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have, unless there is one. A
@@ -31636,24 +31689,35 @@ SPRINGLS__FN bool springls__shows_springls(const springls_context *ctx)
     return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS && !ctx->step.active;
 }
 
-/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
-SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+/* Makes the hierarchy of the triangles that the table has. */
+SPRINGLS__FN springls_status springls__make_contour_hierarchy(springls_context *ctx)
 {
     springls__raw_mesh mesh;
     int k;
+    ctx->contour_surface.count = 0;
+    if (ctx->surface_triangles == 0) return SPRINGLS_OK;
+    springls__use_surface_mesh(ctx, &mesh);
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
+    for (k = 0; k < 3 * ctx->surface_triangles; k++)
+        ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
+    return springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles);
+}
+
+/* Makes ready what the mesh is made from. Phi must have followed. */
+SPRINGLS__FN springls_status springls__prepare_contour(springls_context *ctx)
+{
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__read_cell_list(ctx);
+}
+
+/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
+SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__prepare_contour(ctx));
     SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
     if (ctx->contour_surface_version == ctx->surface_version) return SPRINGLS_OK;
     ctx->contour_surface_version = 0;
-    ctx->contour_surface.count = 0;
-    if (ctx->surface_triangles > 0) {
-        springls__use_surface_mesh(ctx, &mesh);
-        SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
-        for (k = 0; k < 3 * ctx->surface_triangles; k++)
-            ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
-        SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles));
-    }
+    SPRINGLS__TRY(springls__make_contour_hierarchy(ctx));
     ctx->contour_surface_version = ctx->surface_version;
     return SPRINGLS_OK;
 }
@@ -31675,16 +31739,24 @@ SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *c
     return found;
 }
 
+/* Returns the direction of rays that tell inside from outside: along no axis, plane or diagonal of the grid. */
+SPRINGLS__FN springls__v3 springls__way_out(void) { return springls__v3_make(0.61237f, 0.53033f, 0.58631f); }
+
+/* Returns whether the first hit of a ray along springls__way_out is one from behind: then its beginning is inside. */
+SPRINGLS__FN bool springls__comes_from_inside(const springls_context *ctx, const springls__surface_hit *h)
+{
+    float facing;
+    if (h->triangle < 0) return false;
+    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h->triangle)), springls__way_out());
+    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+}
+
 /* Returns where a ray from a place, model coordinates, leaves the mesh that bounds it: there it meets the mesh first, from behind. No
    triangle: the place is outside. */
 SPRINGLS__FN springls__surface_hit springls__contour_exit(const springls_context *ctx, springls__v3 x)
 {
-    const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
-    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
-    float facing;
-    if (h.triangle < 0) return h;
-    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
-    if (springls__is_mirrored(ctx) ? !(facing < 0.0f) : !(facing > 0.0f)) h.triangle = -1;
+    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, springls__way_out(), 1e18f);
+    if (!springls__comes_from_inside(ctx, &h)) h.triangle = -1;
     return h;
 }
 
@@ -31695,6 +31767,217 @@ SPRINGLS__FN void springls__contour_inside_task(void *arg, int begin, int end)
     const springls__contour_inside *q = (const springls__contour_inside *)arg;
     for (; begin < end; begin++)
         q->out[begin] = springls__contour_exit(q->ctx, springls__world_to_model(q->ctx, q->points + 3 * (size_t)begin)).triangle >= 0;
+}
+
+/* ======== >>contour_nearby  (src/output/contour_nearby.h) ====================================================== */
+/* contour_nearby.h - closest points, rays' hits and insides for few places on the mesh of what springls hold, without making all of it.
+
+     a ray:    the first two layers of bricks that it meets  -->  their triangles  -->  hit?  -- no: the next two layers
+     a place:  the bricks as near as the zero level          -->  their triangles  -->  as near?  -- no: the bricks as near as that
+
+   A table of some bricks has the same bits as that of all, so that nobody can tell which was asked; but beside cells in which triangles would
+   cross (springls__simplify_cells): springls that contradict each other, as in noise, have those. What queries of one version of the model
+   make together costs at most about as much as the whole mesh: after that it is made. */
+
+#define SPRINGLS__FEW_QUERIES 16       /* of more in one call the whole mesh is made                        */
+#define SPRINGLS__MOST_NEARBY 64       /* bricks that are made at once                                      */
+#define SPRINGLS__NEARBY_BOX 4096      /* bricks that are looked at around one place                        */
+#define SPRINGLS__LAYER_SLACK 1e-3     /* voxels: exceeds how far rounding moves a place                    */
+
+/* Returns whether `count` queries may make parts of the mesh. */
+SPRINGLS__FN bool springls__may_query_nearby(const springls_context *ctx, int count)
+{
+    const bool counted = ctx->nearby_version == ctx->model_version;
+    return count <= SPRINGLS__FEW_QUERIES && springls__surface_is_stale(ctx)
+        && (!counted || ctx->nearby_bricks <= 2 * ctx->model.grid.active_count);
+}
+
+/* ---- the bricks ---- */
+
+/* Returns whether there may be triangles in the brick at a place: where springls are around, phi changes its sign, or the domain ends. */
+SPRINGLS__FN bool springls__may_have_triangles(const springls_context *ctx, const int place[3])
+{
+    const springls__grid *g = &ctx->model.grid;
+    bool inside = false, outside = false, active = false, ends = false;
+    int d, at[3], v;
+    for (d = 0; d < 27; d++) {
+        int slot;
+        springls__place_around(place, d, at);
+        slot = springls__slot_of_brick_place(g, at);
+        if (slot < SPRINGLS__FIRST_SLOT) {
+            ends = ends || !springls__grid_contains(g, SPRINGLS__BRICK * at[0], SPRINGLS__BRICK * at[1], SPRINGLS__BRICK * at[2]);
+            continue;
+        }
+        active = true;
+        if (springls__cells_of(g, slot)[0] != springls__cells_of(g, slot)[SPRINGLS__CELLS - 1]) return true;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS && !(inside && outside); v++) {
+            const bool is_inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f;
+            inside = inside || is_inside;
+            outside = outside || !is_inside;
+        }
+    }
+    return active && (ends || (inside && outside));
+}
+
+/* The keys of bricks that are to be made. */
+typedef struct springls__nearby { uint64_t key[SPRINGLS__MOST_NEARBY]; int bricks; } springls__nearby;
+
+/* Adds the bricks from `lower` to `upper` that may have triangles. */
+SPRINGLS__FN void springls__add_nearby(const springls_context *ctx, const int lower[3], const int upper[3], springls__nearby *nearby)
+{
+    int place[3];
+    for (place[2] = lower[2]; place[2] <= upper[2]; place[2]++)
+        for (place[1] = lower[1]; place[1] <= upper[1]; place[1]++)
+            for (place[0] = lower[0]; place[0] <= upper[0]; place[0]++)
+                if (nearby->bricks < SPRINGLS__MOST_NEARBY && springls__may_have_triangles(ctx, place))
+                    nearby->key[nearby->bricks++] = springls__place_key(place);
+}
+
+/* Makes the triangles of bricks, and their hierarchy. */
+SPRINGLS__FN springls_status springls__make_nearby(springls_context *ctx, springls__nearby *nearby)
+{
+    int *region, i;
+    springls__forget_surface(ctx);
+    ctx->contour_surface_version = 0;
+    ctx->contour_surface.count = 0;
+    if (ctx->nearby_version != ctx->model_version) ctx->nearby_bricks = 0;
+    ctx->nearby_version = ctx->model_version;
+    if (nearby->bricks == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_REGION, 3 * (size_t)nearby->bricks, sizeof(int)));
+    region = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
+    springls__sort_keys(nearby->key, (size_t)nearby->bricks);
+    for (i = 0; i < nearby->bricks; i++) springls__place_of_key(nearby->key[i], region + 3 * i);
+    ctx->surface_region = nearby->bricks;
+    SPRINGLS__TRY(springls__run_table(ctx, springls__surface_kernels));
+    ctx->nearby_bricks += ctx->surface_bricks;
+    return springls__make_contour_hierarchy(ctx);
+}
+
+/* ---- rays ---- */
+
+/* A ray in voxels, by the parameter that it has in model coordinates. It is followed through the layers of bricks across `axis`. */
+typedef struct springls__layered_ray { double from[3], along[3]; int axis, last[3]; } springls__layered_ray;
+
+SPRINGLS__FN springls__layered_ray springls__layers_of_ray(const springls_context *ctx, springls__v3 x, springls__v3 direction)
+{
+    springls__layered_ray ray;
+    int k;
+    springls__model_to_voxel(ctx, x, ray.from);
+    springls__model_to_voxel(ctx, direction, ray.along);
+    ray.axis = 0;
+    for (k = 0; k < 3; k++) {
+        ray.last[k] = (ctx->model.grid.size[k] + SPRINGLS__BRICK - 1) / SPRINGLS__BRICK;
+        if (fabs(ray.along[k]) > fabs(ray.along[ray.axis])) ray.axis = k;
+    }
+    return ray;
+}
+
+/* Returns the brick along an axis that a coordinate lies in, of those from -1 to `last` the nearest one. */
+SPRINGLS__FN int springls__brick_along(double x, int last)
+{
+    const double brick = floor(x / SPRINGLS__BRICK);
+    return brick < -1.0 ? -1 : brick > (double)last ? last : (int)brick;
+}
+
+/* Returns the parameter with which the ray comes to the lower (0) or upper (1) side of a layer. */
+SPRINGLS__FN double springls__layer_side(const springls__layered_ray *ray, int layer, int side)
+{
+    return ((double)(SPRINGLS__BRICK * (layer + side)) - ray->from[ray->axis]) / ray->along[ray->axis];
+}
+
+/* Adds the bricks of a layer that the ray meets within `longest`. */
+SPRINGLS__FN void springls__add_layer(const springls_context *ctx, const springls__layered_ray *ray, int layer, double longest,
+                                      springls__nearby *nearby)
+{
+    const bool forward = ray->along[ray->axis] > 0.0;
+    const double enters = springls__layer_side(ray, layer, !forward), leaves = springls__layer_side(ray, layer, forward);
+    int lower[3], upper[3], k;
+    if (layer < -1 || layer > ray->last[ray->axis]) return;
+    for (k = 0; k < 3; k++) {
+        const double a = ray->from[k] + ray->along[k] * (enters > 0.0 ? enters : 0.0);
+        const double b = ray->from[k] + ray->along[k] * (leaves < longest ? leaves : longest);
+        lower[k] = springls__brick_along((a < b ? a : b) - SPRINGLS__LAYER_SLACK, ray->last[k]);
+        upper[k] = springls__brick_along((a < b ? b : a) + SPRINGLS__LAYER_SLACK, ray->last[k]);
+    }
+    lower[ray->axis] = upper[ray->axis] = layer;
+    springls__add_nearby(ctx, lower, upper, nearby);
+}
+
+/* Finds the first hit of a ray, model coordinates: its triangle is of ctx->contour_surface. */
+SPRINGLS__FN springls_status springls__nearby_ray(springls_context *ctx, springls__v3 x, springls__v3 direction, float longest,
+                                                  springls__surface_hit *hit)
+{
+    const springls__layered_ray ray = springls__layers_of_ray(ctx, x, direction);
+    const int axis = ray.axis, step = ray.along[axis] > 0.0 ? 1 : -1, deepest = 4;
+    int layer = springls__brick_along(ray.from[axis] - step * SPRINGLS__LAYER_SLACK, ray.last[axis]), layers = 2;
+    memset(hit, 0, sizeof *hit);
+    hit->triangle = -1;
+    while (layer >= -1 && layer <= ray.last[axis] && springls__layer_side(&ray, layer, step < 0) <= (double)longest) {
+        const double ends = springls__layer_side(&ray, layer + step * (layers - 1), step > 0);
+        springls__nearby nearby;
+        int k;
+        nearby.bricks = 0;
+        for (k = 0; k < layers; k++) springls__add_layer(ctx, &ray, layer + step * k, (double)longest, &nearby);
+        SPRINGLS__TRY(springls__make_nearby(ctx, &nearby));
+        *hit = springls__surface_ray(&ctx->contour_surface, x, direction, longest);
+        if (hit->triangle >= 0 && (layers == deepest || (double)hit->t < ends - SPRINGLS__LAYER_SLACK / fabs(ray.along[axis])))
+            return SPRINGLS_OK;
+        if (hit->triangle < 0) layer += step * layers;
+        layers = hit->triangle < 0 ? 2 : deepest; /* a hit where they end: the next one may have an earlier one beside it */
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- closest points ---- */
+
+/* Lists the bricks that come within a radius of the place of a search, model units. Returns false when they are too many. */
+SPRINGLS__FN bool springls__list_within(const springls_context *ctx, const springls__level_search *search, float radius,
+                                        springls__nearby *nearby)
+{
+    int looked_at = 1, k, lower[3], upper[3], place[3];
+    nearby->bricks = 0;
+    for (k = 0; k < 3; k++) {
+        const int last = (ctx->model.grid.size[k] + SPRINGLS__BRICK - 1) / SPRINGLS__BRICK;
+        lower[k] = springls__brick_along((double)search->at[k] - (double)(radius / search->weight[k]), last);
+        upper[k] = springls__brick_along((double)search->at[k] + (double)(radius / search->weight[k]), last);
+        if (upper[k] - lower[k] >= SPRINGLS__NEARBY_BOX / looked_at) return false;
+        looked_at *= upper[k] - lower[k] + 1;
+    }
+    for (place[2] = lower[2]; place[2] <= upper[2]; place[2]++)
+        for (place[1] = lower[1]; place[1] <= upper[1]; place[1]++)
+            for (place[0] = lower[0]; place[0] <= upper[0]; place[0]++) {
+                int from[3], to[3];
+                for (k = 0; k < 3; k++) to[k] = (from[k] = SPRINGLS__BRICK * place[k]) + SPRINGLS__BRICK;
+                if (springls__level_box2(search, from, to) > radius * radius) continue;
+                springls__add_nearby(ctx, place, place, nearby);
+            }
+    return nearby->bricks < SPRINGLS__MOST_NEARBY;
+}
+
+/* Finds the place of the mesh closest to a point of the world, x in model coordinates: its triangle is of ctx->contour_surface. */
+SPRINGLS__FN springls_status springls__nearby_closest(springls_context *ctx, const float *point, springls__v3 x, springls__surface_hit *hit)
+{
+    springls__level_search search;
+    float radius;
+    int tries;
+    springls__level_search_begin(ctx, &search);
+    if (springls__level_closest(&search, point).found) {
+        radius = springls__sqrt(search.d2) + 1.0f;
+        for (tries = 0; tries < 2; tries++) {
+            springls__nearby nearby;
+            float d;
+            if (!springls__list_within(ctx, &search, radius, &nearby)) break;
+            SPRINGLS__TRY(springls__make_nearby(ctx, &nearby));
+            *hit = springls__surface_closest(&ctx->contour_surface, x, FLT_MAX);
+            if (hit->triangle < 0) break;
+            d = springls__sqrt(hit->hit.d2) + 2.0f * search.slack;
+            if (d <= radius) return SPRINGLS_OK;
+            radius = d;
+        }
+    }
+    SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    *hit = springls__surface_closest(&ctx->contour_surface, x, FLT_MAX);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>query  (src/output/query.h) ======================================================================== */
@@ -31817,18 +32100,34 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
 
+/* Finds which points the mesh of what springls hold bounds. */
+SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, const float *points, int count, uint8_t *out)
+{
+    springls__contour_inside q;
+    int i;
+    SPRINGLS__TRY(springls__prepare_contour(ctx));
+    if (springls__may_query_nearby(ctx, count)) {
+        for (i = 0; i < count; i++) {
+            springls__surface_hit h;
+            SPRINGLS__TRY(springls__nearby_ray(ctx, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f, &h));
+            out[i] = springls__comes_from_inside(ctx, &h);
+        }
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     if (ctx && springls__shows_springls(ctx)) {
-        springls__contour_inside q;
         SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
         SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
-        q.ctx = ctx;
-        q.points = points;
-        q.out = out;
-        springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
-        return SPRINGLS_OK;
+        return springls__report_device_failure(ctx, springls__contour_insides(ctx, points, count, out));
     }
     return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
@@ -32221,6 +32520,13 @@ SPRINGLS__FN void springls__triangle_hit(const springls__hit_query *q, const spr
     springls__level_hit_out(q, &on_mesh, distance, guess, out);
 }
 
+SPRINGLS__FN void springls__closest_hit_out(const springls__hit_query *q, double left_out, const springls__surface_hit *h, int *guess,
+                                            springls_hit *out)
+{
+    const double distance = (double)(springls__sqrt(h->hit.d2) * q->ctx->smallest_spacing);
+    springls__triangle_hit(q, h, springls__whole_distance(distance, left_out), guess, out);
+}
+
 /* Finds closest points; each search begins at the triangle of the last one. */
 SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
 {
@@ -32231,33 +32537,70 @@ SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
         double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
         springls__v3 x = springls__world_to_model(q->ctx, point);
         springls__surface_hit h = springls__surface_closest_from(q->surface, x, FLT_MAX, guess);
-        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
         guess = h.triangle;
-        springls__triangle_hit(q, &h, distance, &original_guess, &q->out[i]);
+        springls__closest_hit_out(q, left_out, &h, &original_guess, &q->out[i]);
     }
+}
+
+/* A ray in model coordinates: the direction has unit length. left_out: how much later it begins than it was asked (world units). */
+typedef struct springls__model_ray { springls__v3 x, direction; float longest; double left_out; } springls__model_ray;
+
+/* Finds ray i of a query. Returns false when it cannot hit anything. */
+SPRINGLS__FN bool springls__ray_of_query(const springls__hit_query *q, int i, springls__model_ray *ray)
+{
+    const float *origin = q->points + 3 * (size_t)i, *direction = q->directions + 3 * (size_t)i;
+    const springls__v3 d = springls__load3(direction);
+    const float largest = springls__max_coordinate(d);
+    double from[3], left_to_go;
+    if (!(largest > 0.0f)) return false;
+    ray->left_out = springls__begin_near(q->ctx, origin, direction, from);
+    left_to_go = springls__left_to_go(q->max_distance, ray->left_out) / (double)q->ctx->smallest_spacing;
+    ray->x = springls__place_to_model(q->ctx, from);
+    ray->direction = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+    ray->longest = left_to_go < 1e18 ? (float)left_to_go : 1e18f;
+    return left_to_go >= 0.0;
+}
+
+SPRINGLS__FN void springls__ray_hit_out(const springls__hit_query *q, const springls__model_ray *ray, const springls__surface_hit *h,
+                                        int *guess, springls_hit *out)
+{
+    springls__triangle_hit(q, h, springls__whole_distance((double)(h->t * q->ctx->smallest_spacing), ray->left_out), guess, out);
 }
 
 SPRINGLS__FN void springls__raycast_triangle_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float spacing = q->ctx->smallest_spacing;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        const float *origin = q->points + 3 * (size_t)i;
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
+        springls__model_ray ray;
         springls__surface_hit h;
-        float largest = springls__max_coordinate(d);
-        double from[3], left_out, left_to_go;
         springls__hit_none(&q->out[i]);
-        if (!(largest > 0.0f)) continue;
-        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
-        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
-        if (left_to_go < 0.0) continue;
-        x = springls__place_to_model(q->ctx, from);
-        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(q->surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
-        springls__triangle_hit(q, &h, springls__whole_distance((double)(h.t * spacing), left_out), &guess, &q->out[i]);
+        if (!springls__ray_of_query(q, i, &ray)) continue;
+        h = springls__surface_ray(q->surface, ray.x, ray.direction, ray.longest);
+        springls__ray_hit_out(q, &ray, &h, &guess, &q->out[i]);
     }
+}
+
+/* Queries the mesh of what springls hold at few places, without making all of it. */
+SPRINGLS__FN springls_status springls__query_nearby(springls_context *ctx, const springls__hit_query *q, int count)
+{
+    int i, guess = -1;
+    for (i = 0; i < count; i++) {
+        springls__surface_hit h;
+        if (q->directions) {
+            springls__model_ray ray;
+            springls__hit_none(&q->out[i]);
+            if (!springls__ray_of_query(q, i, &ray)) continue;
+            SPRINGLS__TRY(springls__nearby_ray(ctx, ray.x, ray.direction, ray.longest, &h));
+            springls__ray_hit_out(q, &ray, &h, &guess, &q->out[i]);
+        } else {
+            float point[3];
+            const double left_out = springls__bring_near(ctx, q->points + 3 * (size_t)i, point);
+            SPRINGLS__TRY(springls__nearby_closest(ctx, point, springls__world_to_model(ctx, point), &h));
+            springls__closest_hit_out(q, left_out, &h, &guess, &q->out[i]);
+        }
+    }
+    return SPRINGLS_OK;
 }
 
 /* ---- the calls ---- */
@@ -32295,7 +32638,12 @@ SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, spr
     if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
         SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
         q->contour = springls__shows_springls(ctx);
-        if (q->contour) SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        if (q->contour) {
+            SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_contour(ctx)));
+            if (springls__may_query_nearby(ctx, count))
+                return springls__report_device_failure(ctx, springls__query_nearby(ctx, q, count));
+            SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        }
     } else {
         SPRINGLS__TRY(springls__use_host(ctx, false));
         SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
@@ -35224,7 +35572,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1212 \"springls.h\"\n",
+    "#line 1214 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35338,7 +35686,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2622 \"springls.h\"\n",
+    "#line 2626 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35454,7 +35802,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2739 \"springls.h\"\n",
+    "#line 2743 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35476,7 +35824,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2762 \"springls.h\"\n",
+    "#line 2766 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35491,7 +35839,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2778 \"springls.h\"\n",
+    "#line 2782 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35615,7 +35963,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2906 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -35685,7 +36033,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2973 \"springls.h\"\n",
+    "#line 2977 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -35905,7 +36253,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3194 \"springls.h\"\n",
+    "#line 3198 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35920,7 +36268,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3213 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36044,14 +36392,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3333 \"springls.h\"\n",
+    "#line 3337 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3341 \"springls.h\"\n",
+    "#line 3345 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36177,7 +36525,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3468 \"springls.h\"\n",
+    "#line 3472 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36232,7 +36580,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3524 \"springls.h\"\n",
+    "#line 3528 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36321,7 +36669,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3614 \"springls.h\"\n",
+    "#line 3618 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36333,7 +36681,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3626 \"springls.h\"\n",
+    "#line 3630 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36348,7 +36696,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3642 \"springls.h\"\n",
+    "#line 3646 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36392,7 +36740,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3686 \"springls.h\"\n",
+    "#line 3690 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36407,7 +36755,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3701 \"springls.h\"\n",
+    "#line 3705 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36451,7 +36799,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3745 \"springls.h\"\n",
+    "#line 3749 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -36530,7 +36878,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3824 \"springls.h\"\n",
+    "#line 3828 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36545,7 +36893,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3840 \"springls.h\"\n",
+    "#line 3844 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36612,7 +36960,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3907 \"springls.h\"\n",
+    "#line 3911 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36627,7 +36975,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3922 \"springls.h\"\n",
+    "#line 3926 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36694,7 +37042,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3990 \"springls.h\"\n",
+    "#line 3994 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37080,7 +37428,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4377 \"springls.h\"\n",
+    "#line 4381 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -37789,7 +38137,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5087 \"springls.h\"\n",
+    "#line 5091 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38049,7 +38397,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5348 \"springls.h\"\n",
+    "#line 5352 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38251,7 +38599,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5551 \"springls.h\"\n",
+    "#line 5555 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38368,7 +38716,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5669 \"springls.h\"\n",
+    "#line 5673 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -38565,7 +38913,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5866 \"springls.h\"\n",
+    "#line 5870 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38580,7 +38928,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5882 \"springls.h\"\n",
+    "#line 5886 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38774,7 +39122,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6076 \"springls.h\"\n",
+    "#line 6080 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38789,7 +39137,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6091 \"springls.h\"\n",
+    "#line 6095 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -38983,7 +39331,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6899 \"springls.h\"\n",
+    "#line 6906 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39383,7 +39731,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7300 \"springls.h\"\n",
+    "#line 7307 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39409,7 +39757,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7327 \"springls.h\"\n",
+    "#line 7334 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39497,7 +39845,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7416 \"springls.h\"\n",
+    "#line 7423 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -39637,7 +39985,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7557 \"springls.h\"\n",
+    "#line 7564 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -39742,7 +40090,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7663 \"springls.h\"\n",
+    "#line 7670 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -39974,7 +40322,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7896 \"springls.h\"\n",
+    "#line 7903 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40004,7 +40352,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7926 \"springls.h\"\n",
+    "#line 7933 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40019,7 +40367,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7942 \"springls.h\"\n",
+    "#line 7949 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40188,7 +40536,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8111 \"springls.h\"\n",
+    "#line 8118 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40203,7 +40551,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8126 \"springls.h\"\n",
+    "#line 8133 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40372,7 +40720,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8295 \"springls.h\"\n",
+    "#line 8302 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40426,7 +40774,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8350 \"springls.h\"\n",
+    "#line 8357 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40452,7 +40800,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8376 \"springls.h\"\n",
+    "#line 8383 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40467,7 +40815,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8392 \"springls.h\"\n",
+    "#line 8399 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40550,7 +40898,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8475 \"springls.h\"\n",
+    "#line 8482 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40565,7 +40913,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8490 \"springls.h\"\n",
+    "#line 8497 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40648,7 +40996,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8573 \"springls.h\"\n",
+    "#line 8580 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -40722,7 +41070,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8648 \"springls.h\"\n",
+    "#line 8655 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41275,7 +41623,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9202 \"springls.h\"\n",
+    "#line 9209 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41371,7 +41719,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9299 \"springls.h\"\n",
+    "#line 9306 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41492,7 +41840,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9421 \"springls.h\"\n",
+    "#line 9428 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -41773,7 +42121,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9703 \"springls.h\"\n",
+    "#line 9710 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -41859,7 +42207,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9790 \"springls.h\"\n",
+    "#line 9797 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42002,7 +42350,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9934 \"springls.h\"\n",
+    "#line 9941 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42191,7 +42539,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10124 \"springls.h\"\n",
+    "#line 10131 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42316,7 +42664,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10250 \"springls.h\"\n",
+    "#line 10257 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42350,7 +42698,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10285 \"springls.h\"\n",
+    "#line 10292 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -42888,7 +43236,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10824 \"springls.h\"\n",
+    "#line 10831 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43038,7 +43386,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10975 \"springls.h\"\n",
+    "#line 10982 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43116,7 +43464,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11054 \"springls.h\"\n",
+    "#line 11061 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43365,7 +43713,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11304 \"springls.h\"\n",
+    "#line 11311 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -43590,7 +43938,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11530 \"springls.h\"\n",
+    "#line 11537 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -43694,7 +44042,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11635 \"springls.h\"\n",
+    "#line 11642 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -43791,7 +44139,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11733 \"springls.h\"\n",
+    "#line 11740 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44329,7 +44677,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12272 \"springls.h\"\n",
+    "#line 12279 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44362,7 +44710,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12306 \"springls.h\"\n",
+    "#line 12313 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44387,14 +44735,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12332 \"springls.h\"\n",
+    "#line 12339 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12339 \"springls.h\"\n",
+    "#line 12346 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44409,7 +44757,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12355 \"springls.h\"\n",
+    "#line 12362 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44535,7 +44883,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12481 \"springls.h\"\n",
+    "#line 12488 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44550,7 +44898,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12496 \"springls.h\"\n",
+    "#line 12503 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44676,7 +45024,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12623 \"springls.h\"\n",
+    "#line 12630 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -44968,7 +45316,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12916 \"springls.h\"\n",
+    "#line 12923 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45103,7 +45451,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17586 \"springls.h\"\n",
+    "#line 17602 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -45546,6 +45894,18 @@ static const char *const springls__kernel_lines[] = {
     "    return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));\n",
     "}\n",
     "\n",
+    "/* Returns whether cells of the region have edges of a row, or of the one before or after it along its axis. */\n",
+    "SPRINGLS__MATHS bool springls__is_beside_shared_row(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                                    int row)\n",
+    "{\n",
+    "    int way;\n",
+    "    for (way = -1; way < 2; way++) {\n",
+    "        const int b = springls__brick_beside(brick, row >> 6, way);\n",
+    "        if (b >= 0 && springls__is_shared_row(contour->brick + b, row)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */\n",
     "SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                              int axis)\n",
@@ -45686,8 +46046,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))\n",
     "            springls__mark_beside_hits(contour, brick, row);\n",
-    "        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)\n",
-    "                       || springls__is_beside_region(brick, row >> 6, 1))) continue;\n",
+    "        if (!some || !springls__is_beside_shared_row(contour, brick, row)) continue;\n",
     "        springls__gather_line(contour, brick, row, false, work);\n",
     "        springls__weigh_runs(contour, brick, work);\n",
     "        for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */\n",
@@ -46194,7 +46553,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18678 \"springls.h\"\n",
+    "#line 18705 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -46804,7 +47163,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19289 \"springls.h\"\n",
+    "#line 19316 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47401,7 +47760,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47405 \"springls.h\"\n",
+    "#line 47764 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

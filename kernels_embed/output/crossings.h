@@ -446,6 +446,18 @@ SPRINGLS__INNER bool springls__is_shared_row(SPRINGLS__GLOBAL const springls__su
     return brick->margin == 0u || (springls__has_shared_nodes(brick) && ((row & 7) == 0 || (row & 56) == 0));
 }
 
+/* Returns whether cells of the region have edges of a row, or of the one before or after it along its axis. */
+SPRINGLS__MATHS bool springls__is_beside_shared_row(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                                    int row)
+{
+    int way;
+    for (way = -1; way < 2; way++) {
+        const int b = springls__brick_beside(brick, row >> 6, way);
+        if (b >= 0 && springls__is_shared_row(contour->brick + b, row)) return true;
+    }
+    return false;
+}
+
 /* Returns whether a brick, or the ones before and after it along an axis, have hits on lines along it. */
 SPRINGLS__INNER bool springls__has_hits_along(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                               int axis)
@@ -586,8 +598,7 @@ SPRINGLS__MATHS void springls__weigh_hits(const springls__contour *contour, int 
         }
         if (some || springls__has_hits(contour, springls__brick_beside(brick, row >> 6, -1), row))
             springls__mark_beside_hits(contour, brick, row);
-        if (!some || !(springls__is_shared_row(brick, row) || springls__is_beside_region(brick, row >> 6, -1)
-                       || springls__is_beside_region(brick, row >> 6, 1))) continue;
+        if (!some || !springls__is_beside_shared_row(contour, brick, row)) continue;
         springls__gather_line(contour, brick, row, false, work);
         springls__weigh_runs(contour, brick, work);
         for (k = work->begin[1], at = begin[row]; k < work->begin[2]; k++, at++) { /* those left out of too many keep their own */

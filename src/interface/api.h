@@ -810,8 +810,10 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too; it is made, with
-                                    a hierarchy, at the first query after the model has changed. LEVEL_SET, and while a step or an
+    SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too. A call with up
+                                    to 16 queries makes the parts of the mesh that it needs; one with more, or when calls since
+                                    the last change of the model have made as much as that together, the whole mesh and a
+                                    hierarchy. LEVEL_SET, and while a step or an
                                     update of chunks is in progress: the zero level, closed. Nothing is built then
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further

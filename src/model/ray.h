@@ -98,12 +98,13 @@ SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle within t_max, and where. */
+/* Returns whether the ray meets a triangle within t_max, and where. Floats are compared: so which of two equal ones is found does not depend
+   on which is tried first. */
 SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
     double t;
     float b[3];
-    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
+    if (!springls__ray_meets(&r->frame, tri, DBL_MAX, &t, b) || (float)t > t_max) return false;
     out->t = (float)t;
     memcpy(out->hit.bary, b, sizeof b);
     out->hit.point = springls__tri_point(tri, b);

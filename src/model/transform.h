@@ -223,6 +223,15 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
 }
 
+/* Converts a place or a direction: both have the grid's origin at zero. */
+SPRINGLS__FN void springls__model_to_voxel(const springls_context *ctx, springls__v3 x, double voxel[3])
+{
+    const double *m = ctx->window.to_voxel, unit = (double)ctx->smallest_spacing;
+    int k;
+    for (k = 0; k < 3; k++)
+        voxel[k] = unit * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+}
+
 /* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
 SPRINGLS__FN springls__v3 springls__place_to_model(const springls_context *ctx, const double world[3])
 {

@@ -219,12 +219,6 @@ SPRINGLS__FN int springls__vertex_of_corner(springls__contour_around *around, ui
 
 /* ---- the region ---- */
 
-/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
-SPRINGLS__FN uint64_t springls__place_key(const int place[3])
-{
-    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
-}
-
 /* Returns whether the region has the brick whose key that is. */
 SPRINGLS__FN bool springls__region_has(const springls__contour_chunks *c, uint64_t key)
 {

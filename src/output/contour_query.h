@@ -17,24 +17,35 @@ SPRINGLS__FN bool springls__shows_springls(const springls_context *ctx)
     return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS && !ctx->step.active;
 }
 
-/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
-SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+/* Makes the hierarchy of the triangles that the table has. */
+SPRINGLS__FN springls_status springls__make_contour_hierarchy(springls_context *ctx)
 {
     springls__raw_mesh mesh;
     int k;
+    ctx->contour_surface.count = 0;
+    if (ctx->surface_triangles == 0) return SPRINGLS_OK;
+    springls__use_surface_mesh(ctx, &mesh);
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
+    for (k = 0; k < 3 * ctx->surface_triangles; k++)
+        ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
+    return springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles);
+}
+
+/* Makes ready what the mesh is made from. Phi must have followed. */
+SPRINGLS__FN springls_status springls__prepare_contour(springls_context *ctx)
+{
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__read_cell_list(ctx);
+}
+
+/* Makes the mesh and the hierarchy where the model has changed. Phi must have followed. */
+SPRINGLS__FN springls_status springls__contour_surface_refresh(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__prepare_contour(ctx));
     SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
     if (ctx->contour_surface_version == ctx->surface_version) return SPRINGLS_OK;
     ctx->contour_surface_version = 0;
-    ctx->contour_surface.count = 0;
-    if (ctx->surface_triangles > 0) {
-        springls__use_surface_mesh(ctx, &mesh);
-        SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->contour_surface, ctx->surface_triangles));
-        for (k = 0; k < 3 * ctx->surface_triangles; k++)
-            ctx->contour_surface.points[k] = springls__voxel_to_model(ctx, mesh.positions[mesh.triangles[k]]);
-        SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles));
-    }
+    SPRINGLS__TRY(springls__make_contour_hierarchy(ctx));
     ctx->contour_surface_version = ctx->surface_version;
     return SPRINGLS_OK;
 }
@@ -56,16 +67,24 @@ SPRINGLS__FN springls__level_hit springls__contour_hit(const springls_context *c
     return found;
 }
 
+/* Returns the direction of rays that tell inside from outside: along no axis, plane or diagonal of the grid. */
+SPRINGLS__FN springls__v3 springls__way_out(void) { return springls__v3_make(0.61237f, 0.53033f, 0.58631f); }
+
+/* Returns whether the first hit of a ray along springls__way_out is one from behind: then its beginning is inside. */
+SPRINGLS__FN bool springls__comes_from_inside(const springls_context *ctx, const springls__surface_hit *h)
+{
+    float facing;
+    if (h->triangle < 0) return false;
+    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h->triangle)), springls__way_out());
+    return springls__is_mirrored(ctx) ? facing < 0.0f : facing > 0.0f;
+}
+
 /* Returns where a ray from a place, model coordinates, leaves the mesh that bounds it: there it meets the mesh first, from behind. No
    triangle: the place is outside. */
 SPRINGLS__FN springls__surface_hit springls__contour_exit(const springls_context *ctx, springls__v3 x)
 {
-    const springls__v3 direction = springls__v3_make(0.61237f, 0.53033f, 0.58631f); /* along no axis, plane or diagonal of the grid */
-    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, direction, 1e18f);
-    float facing;
-    if (h.triangle < 0) return h;
-    facing = springls__dot(springls__tri_area2(springls__surface_triangle(&ctx->contour_surface, h.triangle)), direction);
-    if (springls__is_mirrored(ctx) ? !(facing < 0.0f) : !(facing > 0.0f)) h.triangle = -1;
+    springls__surface_hit h = springls__surface_ray(&ctx->contour_surface, x, springls__way_out(), 1e18f);
+    if (!springls__comes_from_inside(ctx, &h)) h.triangle = -1;
     return h;
 }
 

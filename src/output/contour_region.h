@@ -198,13 +198,6 @@ SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, c
     }
 }
 
-/* Finds the place whose key that is. */
-SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
-{
-    int axis;
-    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
-}
-
 /* Sorts the region's keys, each once, and gives the table those of its bricks that the table of all would have, unless there is one. A
    region of many bricks is the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)

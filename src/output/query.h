@@ -14,7 +14,7 @@
 #include "../model/springl_surface.h"
 #include "../model/transform.h"
 #include "../solver/follow.h"
-#include "contour_query.h"
+#include "contour_nearby.h"
 #include "zero_level.h"
 
 /* Fails when an array is missing or a point is not finite. */
@@ -134,18 +134,34 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
 
+/* Finds which points the mesh of what springls hold bounds. */
+SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, const float *points, int count, uint8_t *out)
+{
+    springls__contour_inside q;
+    int i;
+    SPRINGLS__TRY(springls__prepare_contour(ctx));
+    if (springls__may_query_nearby(ctx, count)) {
+        for (i = 0; i < count; i++) {
+            springls__surface_hit h;
+            SPRINGLS__TRY(springls__nearby_ray(ctx, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f, &h));
+            out[i] = springls__comes_from_inside(ctx, &h);
+        }
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     if (ctx && springls__shows_springls(ctx)) {
-        springls__contour_inside q;
         SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
         SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
-        q.ctx = ctx;
-        q.points = points;
-        q.out = out;
-        springls__parallel(ctx, count, 256, springls__contour_inside_task, &q);
-        return SPRINGLS_OK;
+        return springls__report_device_failure(ctx, springls__contour_insides(ctx, points, count, out));
     }
     return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
@@ -538,6 +554,13 @@ SPRINGLS__FN void springls__triangle_hit(const springls__hit_query *q, const spr
     springls__level_hit_out(q, &on_mesh, distance, guess, out);
 }
 
+SPRINGLS__FN void springls__closest_hit_out(const springls__hit_query *q, double left_out, const springls__surface_hit *h, int *guess,
+                                            springls_hit *out)
+{
+    const double distance = (double)(springls__sqrt(h->hit.d2) * q->ctx->smallest_spacing);
+    springls__triangle_hit(q, h, springls__whole_distance(distance, left_out), guess, out);
+}
+
 /* Finds closest points; each search begins at the triangle of the last one. */
 SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
 {
@@ -548,33 +571,70 @@ SPRINGLS__FN void springls__closest_triangle_task(void *arg, int begin, int end)
         double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
         springls__v3 x = springls__world_to_model(q->ctx, point);
         springls__surface_hit h = springls__surface_closest_from(q->surface, x, FLT_MAX, guess);
-        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
         guess = h.triangle;
-        springls__triangle_hit(q, &h, distance, &original_guess, &q->out[i]);
+        springls__closest_hit_out(q, left_out, &h, &original_guess, &q->out[i]);
     }
+}
+
+/* A ray in model coordinates: the direction has unit length. left_out: how much later it begins than it was asked (world units). */
+typedef struct springls__model_ray { springls__v3 x, direction; float longest; double left_out; } springls__model_ray;
+
+/* Finds ray i of a query. Returns false when it cannot hit anything. */
+SPRINGLS__FN bool springls__ray_of_query(const springls__hit_query *q, int i, springls__model_ray *ray)
+{
+    const float *origin = q->points + 3 * (size_t)i, *direction = q->directions + 3 * (size_t)i;
+    const springls__v3 d = springls__load3(direction);
+    const float largest = springls__max_coordinate(d);
+    double from[3], left_to_go;
+    if (!(largest > 0.0f)) return false;
+    ray->left_out = springls__begin_near(q->ctx, origin, direction, from);
+    left_to_go = springls__left_to_go(q->max_distance, ray->left_out) / (double)q->ctx->smallest_spacing;
+    ray->x = springls__place_to_model(q->ctx, from);
+    ray->direction = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+    ray->longest = left_to_go < 1e18 ? (float)left_to_go : 1e18f;
+    return left_to_go >= 0.0;
+}
+
+SPRINGLS__FN void springls__ray_hit_out(const springls__hit_query *q, const springls__model_ray *ray, const springls__surface_hit *h,
+                                        int *guess, springls_hit *out)
+{
+    springls__triangle_hit(q, h, springls__whole_distance((double)(h->t * q->ctx->smallest_spacing), ray->left_out), guess, out);
 }
 
 SPRINGLS__FN void springls__raycast_triangle_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float spacing = q->ctx->smallest_spacing;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        const float *origin = q->points + 3 * (size_t)i;
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
+        springls__model_ray ray;
         springls__surface_hit h;
-        float largest = springls__max_coordinate(d);
-        double from[3], left_out, left_to_go;
         springls__hit_none(&q->out[i]);
-        if (!(largest > 0.0f)) continue;
-        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
-        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
-        if (left_to_go < 0.0) continue;
-        x = springls__place_to_model(q->ctx, from);
-        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(q->surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
-        springls__triangle_hit(q, &h, springls__whole_distance((double)(h.t * spacing), left_out), &guess, &q->out[i]);
+        if (!springls__ray_of_query(q, i, &ray)) continue;
+        h = springls__surface_ray(q->surface, ray.x, ray.direction, ray.longest);
+        springls__ray_hit_out(q, &ray, &h, &guess, &q->out[i]);
     }
+}
+
+/* Queries the mesh of what springls hold at few places, without making all of it. */
+SPRINGLS__FN springls_status springls__query_nearby(springls_context *ctx, const springls__hit_query *q, int count)
+{
+    int i, guess = -1;
+    for (i = 0; i < count; i++) {
+        springls__surface_hit h;
+        if (q->directions) {
+            springls__model_ray ray;
+            springls__hit_none(&q->out[i]);
+            if (!springls__ray_of_query(q, i, &ray)) continue;
+            SPRINGLS__TRY(springls__nearby_ray(ctx, ray.x, ray.direction, ray.longest, &h));
+            springls__ray_hit_out(q, &ray, &h, &guess, &q->out[i]);
+        } else {
+            float point[3];
+            const double left_out = springls__bring_near(ctx, q->points + 3 * (size_t)i, point);
+            SPRINGLS__TRY(springls__nearby_closest(ctx, point, springls__world_to_model(ctx, point), &h));
+            springls__closest_hit_out(q, left_out, &h, &guess, &q->out[i]);
+        }
+    }
+    return SPRINGLS_OK;
 }
 
 /* ---- the calls ---- */
@@ -612,7 +672,12 @@ SPRINGLS__FN springls_status springls__hit_query_run(springls__hit_query *q, spr
     if (surface == SPRINGLS_SURFACE_WATERTIGHT) {
         SPRINGLS__TRY(springls__prepare_level(ctx, &q->cells));
         q->contour = springls__shows_springls(ctx);
-        if (q->contour) SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        if (q->contour) {
+            SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_contour(ctx)));
+            if (springls__may_query_nearby(ctx, count))
+                return springls__report_device_failure(ctx, springls__query_nearby(ctx, q, count));
+            SPRINGLS__TRY(springls__report_device_failure(ctx, springls__contour_surface_refresh(ctx)));
+        }
     } else {
         SPRINGLS__TRY(springls__use_host(ctx, false));
         SPRINGLS__TRY(springls__springl_surface_refresh(ctx));

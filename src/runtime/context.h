@@ -76,6 +76,7 @@ enum {
     SPRINGLS__SURFACE_JOB,
     SPRINGLS__SURFACE_BRICK_LIST,
     SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_KEY,
     SPRINGLS__SURFACE_REGION,
     SPRINGLS__SURFACE_SPRINGLS,
     SPRINGLS__SURFACE_SURFEL,
@@ -290,6 +291,8 @@ struct springls_context {
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
+    uint64_t nearby_version; /* the model_version that queries of few places have made bricks of that mesh of      */
+    int nearby_bricks;       /* how many, margins included                                                        */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t model_version; /* counts what may have changed springls or the level set                            */

@@ -126,6 +126,19 @@ SPRINGLS__FN void springls__crease_work(void *arg, int begin, int end, float *me
 
 /* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
 
+/* Returns the key of the place in the window of a brick, which may be one before it; keys ascend as places do, x fastest. */
+SPRINGLS__FN uint64_t springls__place_key(const int place[3])
+{
+    return (uint64_t)(place[2] + 2) << 42 | (uint64_t)(place[1] + 2) << 21 | (uint64_t)(place[0] + 2);
+}
+
+/* Finds the place whose key that is. */
+SPRINGLS__FN void springls__place_of_key(uint64_t key, int place[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = (int)(key >> 21 * axis & 0x1fffffu) - 2;
+}
+
 /* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
 SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, const int place[3])
 {
@@ -165,6 +178,14 @@ SPRINGLS__FN bool springls__surface_reaches(const springls__grid *g, const int p
     return false;
 }
 
+SPRINGLS__FN void springls__clear_surface_slots(springls__surface_job *job)
+{
+    int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    size_t slot;
+    for (slot = 0; slot < job->table_size; slot++) table[slot] = -1;
+    job->places = 0;
+}
+
 /* Adds the brick at a place to the table, if it is new there. */
 SPRINGLS__FN void springls__add_surface_brick(springls__surface_job *job, const int place[3])
 {
@@ -184,11 +205,14 @@ SPRINGLS__FN void springls__add_surface_bricks_around(springls__surface_job *job
     }
 }
 
-/* Lists the places of the table's bricks: those that are active and all around them. */
-SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
+/* Lists the places of the table's bricks: those that are active and all around them, in the order of their keys, in which a region has them
+   too: then the first of two triangles is the same one in both. */
+SPRINGLS__FN springls_status springls__list_all_bricks(springls__surface_job *job)
 {
-    const springls__grid *g = &job->ctx->model.grid;
-    int i, d, place[3], center[3];
+    springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    int i, d, place[3], center[3], bricks;
+    uint64_t *key;
     for (i = 0; i < g->active_count; i++) {
         springls__brick_place(g, g->slot_brick[g->active[i]], center);
         for (d = 0; d < 27; d++) {
@@ -196,7 +220,18 @@ SPRINGLS__FN void springls__list_all_bricks(springls__surface_job *job)
             springls__add_surface_brick(job, place);
         }
     }
-    job->bricks = job->places;
+    bricks = job->places;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_KEY, (size_t)bricks, sizeof *key));
+    key = (uint64_t *)ctx->surface_memory[SPRINGLS__SURFACE_KEY].data;
+    for (i = 0; i < bricks; i++) key[i] = springls__place_key((int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)i);
+    springls__sort_keys(key, (size_t)bricks);
+    springls__clear_surface_slots(job);
+    for (i = 0; i < bricks; i++) {
+        springls__place_of_key(key[i], place);
+        springls__add_surface_brick(job, place);
+    }
+    job->bricks = bricks;
+    return SPRINGLS_OK;
 }
 
 /* Lists the places of a region's bricks, those of its margin, and those around the margin. */
@@ -242,15 +277,13 @@ SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job
     const springls__grid *g = &ctx->model.grid;
     const bool all = ctx->surface_region == SPRINGLS__SURFACE_OF_ALL;
     const size_t most = all ? 27 * (size_t)g->active_count : 125 * (size_t)ctx->surface_region, size = springls__table_size(most);
-    int i, d, k, place[3], *places, *table;
-    size_t slot;
+    int i, d, k, place[3], *places;
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
-    table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
     job->table_size = size;
-    for (slot = 0; slot < size; slot++) table[slot] = -1;
-    if (all) springls__list_all_bricks(job);
+    springls__clear_surface_slots(job);
+    if (all) SPRINGLS__TRY(springls__list_all_bricks(job));
     else springls__list_region_bricks(job);
     SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
     job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
@@ -638,11 +671,16 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
     return SPRINGLS_OK;
 }
 
-/* Adds the areas of triangles to the normals of vertices that have none, as where a change of side is all that is known. */
-SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
+/* Makes the normals of vertices unit vectors: where springls give none, as where a change of side is all that is known, the gradient of phi
+   is it; where phi has none either, the areas of the triangles around. */
+SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__raw_mesh *mesh)
 {
     int t, k;
-    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+    for (k = 0; k < mesh->vertex_count; k++) {
+        springls__v3 *n = &mesh->normals[k];
+        *n = springls__normalize(*n);
+        if (springls__length2(*n) < 0.5f) *n = springls__normalize(springls__grid_gradient(g, g->phi, mesh->positions[k]));
+    }
     for (t = 0; t < mesh->triangle_count; t++) {
         const int *corner = mesh->triangles + 3 * (size_t)t;
         springls__tri tri;
@@ -692,7 +730,7 @@ SPRINGLS__FN springls_status springls__surface_end(springls_context *ctx)
     springls__raw_mesh mesh;
     memset(&mesh, 0, sizeof mesh);
     if (job->bricks > 0) SPRINGLS__TRY(springls__surface_gather(job, &mesh));
-    springls__surface_normals(&mesh);
+    springls__surface_normals(&ctx->model.grid, &mesh);
     ctx->surface_bricks = job->bricks;
     ctx->surface_vertices = mesh.vertex_count;
     ctx->surface_triangles = mesh.triangle_count;
