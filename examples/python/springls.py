@@ -17,6 +17,7 @@ Failures raise springls.Error. A model belongs to one thread at a time.
 import operator
 import os
 import re
+import weakref
 from types import SimpleNamespace
 
 import cffi
@@ -182,19 +183,18 @@ class Model:
     of the grid. affine: 4x4 as nibabel has it, instead of these three. follow: the grid is a window that moves with the model
     (`window_offset`). params: springls.params(...); other keywords change members of it. One thread a processor works on
     it, all models have the same ones, and they change no bit of the results. progress(fraction): called in long calls; what is not
-    false cancels the call.
+    false cancels the call, and what it raises is raised by that call. It cannot use the model.
 
     >>> Model((32, 32, 32), spacing=0.5, keep_edges=0).count
     0
     """
 
     def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, follow=False, params=None, progress=None, **members):
-        self._busy = False
+        self._busy, self._raised, self._other = False, None, None
         desc, self.size, self._kept = _describe(size, spacing, origin, direction, affine, params, members)
         desc.follow = bool(follow)
         if progress:
-            self._report = desc.progress.report = _ffi.callback('int(void *, float)', lambda _, fraction: bool(progress(fraction)),
-                                                                error=1)
+            self._report = desc.progress.report = self._wrap_progress(progress)
         self._handle, self._log = _create(desc, 'springls_context **', _lib.springls_create, _lib.springls_destroy)
 
     @property
@@ -202,6 +202,20 @@ class Model:
         if self._busy:
             raise RuntimeError('a function that the model calls cannot use the model')
         return self._handle
+
+    def _wrap_progress(self, progress):
+        model = weakref.proxy(self)   # no cycle: the library's model ends with the last name for this one
+
+        def report(_, fraction):
+            busy, model._busy = model._busy, True
+            try:
+                return bool(progress(fraction))
+            except BaseException as error:
+                model._raised = error
+                return True
+            finally:
+                model._busy = busy
+        return _ffi.callback('int(void *, float)', report, error=1)
 
     @property
     def window_offset(self):
@@ -219,6 +233,9 @@ class Model:
         return tuple(offset)
 
     def _check(self, status):
+        raised, self._raised = self._raised, None
+        if raised is not None:
+            raise raised
         if status != _lib.SPRINGLS_OK:
             raise Error(status, _ffi.string(_lib.springls_last_error(self._ctx)).decode())
 
@@ -725,12 +742,43 @@ class Model:
         """Combines the solid with another model of the same grid: 'union', 'intersection' or 'difference'."""
         self._check(_lib.springls_combine(self._ctx, _constant('OPERATION', operation), other._ctx))
 
+    def combine_begin(self, operation, other):
+        """Begins what `combine` does; `combine_continue` does it. The other model is kept, and must not change until then."""
+        self._check(_lib.springls_combine_begin(self._ctx, _constant('OPERATION', operation), other._ctx))
+        self._other = other
+
+    def combine_continue(self, seconds):
+        """Goes on with a combination for about so long, and returns whether it is complete.
+
+        >>> model, other = Model((32, 32, 32)), Model((32, 32, 32))
+        >>> model.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 9)
+        >>> other.set_implicit(lambda points: np.linalg.norm(points - (16, 16, 24), axis=1) - 5)
+        >>> model.combine_begin('difference', other)
+        >>> calls = 1
+        >>> while not model.combine_continue(0): calls += 1
+        >>> calls > 10
+        True
+        """
+        done = _ffi.new('bool *')
+        status = _lib.springls_combine_continue(self._ctx, seconds, done)
+        if done[0]:
+            self._other = None
+        self._check(status)
+        return done[0]
+
     def combine_implicit(self, operation, distance):
         """Combines the solid with a function as `set_implicit` takes it."""
+        self._combine_implicit(_lib.springls_combine_implicit, operation, distance)
+
+    def combine_implicit_begin(self, operation, distance):
+        """Begins what `combine_implicit` does, and samples the function; `combine_continue` does the rest."""
+        self._combine_implicit(_lib.springls_combine_implicit_begin, operation, distance)
+
+    def _combine_implicit(self, call, operation, distance):
         with _Calls(self) as calls:
             evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (),
                                   lambda u, x, n, out: ((_points(x, n),), n, out))
-            status = _lib.springls_combine_implicit(calls.context, _constant('OPERATION', operation), evaluate, _ffi.NULL)
+            status = call(calls.context, _constant('OPERATION', operation), evaluate, _ffi.NULL)
         self._check(status)
 
     def follow_level_set(self, distance, reach=0.0, tolerance=0.0):
@@ -811,6 +859,7 @@ class _Body(Model):
 
     def __init__(self, tiling, label):
         self.size, self._tiling, self._label = tiling.size, tiling, label
+        self._raised, self._other = None, None
 
     @property
     def _busy(self):

@@ -157,11 +157,32 @@ class Right(unittest.TestCase):
             stopped.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
         self.assertEqual(caught.exception.status, 'SPRINGLS_CANCELLED')
 
+    def test_progress_cannot_use_the_model_and_raises(self):
+        model = springls.Model((24, 24, 24), progress=lambda fraction: model.count)
+        with self.assertRaisesRegex(RuntimeError, 'cannot use the model'):
+            model.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
+        self.assertEqual(model.count, 0)
+
+    def test_combinations_in_pieces(self):
+        whole, pieces, other = ball(), ball(), ball(radius=4)
+        other.write(0, other.vertices() + (6, 0, 0), other.particles() + (6, 0, 0))
+        whole.combine('difference', other)
+        pieces.combine_begin('difference', other)
+        del other
+        while not pieces.combine_continue(1e-4):
+            pass
+        self.assertEqual(pieces.state_hash, whole.state_hash)
+        for combine in whole.combine_implicit, pieces.combine_implicit_begin:
+            combine('union', lambda points: abs(points - 12).max(axis=1) - 6)
+        self.assertFalse(pieces.combine_continue(0))
+        self.assertTrue(pieces.combine_continue(1e9))
+        self.assertEqual(pieces.state_hash, whole.state_hash)
+
     def test_all_of_the_interface_is_there(self):
         """What the module leaves out has its reason: a call of the header that is new is wrapped or named here."""
         left_out = {
             'for programs that draw frames': 'chunk_attribute chunks_begin chunks_continue chunks_create chunks_destroy chunks_lod chunks_update '
-                                             'combine_begin combine_continue combine_implicit_begin step_begin step_continue step_in_progress',
+                                             'step_begin step_continue step_in_progress',
             'Python has functions of its own': 'implicit_box implicit_metasphere implicit_notched_sphere implicit_sphere implicit_torus',
             'the module does it': 'default_desc default_forces default_step_desc create_error threads_count threads_destroy version '
                                   'attribute_count',
