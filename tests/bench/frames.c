@@ -1,8 +1,9 @@
 /* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the
  * surface of a sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are
  * meshed. Then nothing moves: rest_ms. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what
- * else runs, of the processor. Frames after 20 to settle. Then, one a frame, balls of 0.04 grids are cut out of it: cut_ms is
- * the call, cut_frame_ms the call, a step and its chunks.
+ * else runs, of the processor. Before, the model settles in calls of 2 ms: settle_call_ms, and settle_whole_ms of each step;
+ * first_ms are the first ten frames of the brush, of the processor. Then, one a frame, balls of 0.04 grids are cut out of it:
+ * cut_ms is the call, cut_frame_ms the call, a step and its chunks.
  *
  * Besides, in this thread and by its processor time: a ball in LeVeque's deformation, where everything moves, is stepped by
  * springls_step_continue and meshed by springls_chunks_continue, without correspondences (chunks) and with them (material), in
@@ -20,7 +21,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { SETTLE = 20, REST = 50, CUTS = 60, MOST = 1 << 17, FLOW_STEPS = 100 };
+enum { FIRST = 10, REST = 50, CUTS = 60, MOST = 1 << 17, FLOW_STEPS = 100 };
 
 struct brush {
     float center[3], radius, velocity[3];
@@ -132,6 +133,23 @@ static void report_calls(struct json_writer *json, const char *key, const struct
     json_object_end(json);
 }
 
+/* Brings a model to rest, in calls with a budget. */
+static springls_status settle_in_calls(springls_context *ctx, double seconds, struct calls *calls)
+{
+    const springls_step_desc nothing = {.dt = 0.0f};
+    springls_status status = SPRINGLS_OK;
+    while (status == SPRINGLS_OK && !springls_at_rest(ctx)) {
+        status = springls_step_begin(ctx, &nothing);
+        for (bool done = false; status == SPRINGLS_OK && !done;) {
+            const double begin = thread_seconds(NULL);
+            status = springls_step_continue(ctx, seconds, &done);
+            count_call(calls, thread_seconds(NULL) - begin, -1);
+        }
+        count_whole(calls);
+    }
+    return status;
+}
+
 /* Updates chunks in calls with a budget. */
 static springls_status update_in_calls(springls_context *ctx, springls_chunks *chunks, double seconds, struct calls *calls)
 {
@@ -225,10 +243,10 @@ static int fail(springls_context *ctx)
 
 int main(int argc, char **argv)
 {
-    static struct series frame, processor, step, chunk, contour, share, rest, cut, cut_frame;
+    static struct series frame, first, processor, step, chunk, contour, share, rest, cut, cut_frame;
     const int grid = argc > 2 ? atoi(argv[1]) : 0, threads = argc > 2 ? atoi(argv[2]) : 0;
-    const int frames = SETTLE + (argc > 3 ? atoi(argv[3]) : 100);
-    if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + 2000) {
+    const int frames = argc > 3 ? atoi(argv[3]) : 100;
+    if (grid < 16 || grid > 1024 || threads < 1 || frames < FIRST || frames > 2000) {
         fprintf(stderr, "usage: frames GRID THREADS [FRAMES]\n");
         return 2;
     }
@@ -242,6 +260,7 @@ int main(int argc, char **argv)
     springls_context *ctx;
     springls_chunks *chunks, *contours;
     const springls_chunk *changed;
+    static struct calls settling;
     int count, all;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) {
         fprintf(stderr, "frames: cannot create a model of %d^3\n", grid);
@@ -250,15 +269,17 @@ int main(int argc, char **argv)
     if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) != SPRINGLS_OK
         || springls_chunks_create(ctx, NULL, &chunks) != SPRINGLS_OK
         || springls_chunks_create(ctx, NULL, &contours) != SPRINGLS_OK
-        || springls_chunks_update(ctx, chunks, &changed, &all) != SPRINGLS_OK) {
+        || springls_chunks_update(ctx, chunks, &changed, &all) != SPRINGLS_OK
+        || settle_in_calls(ctx, 2e-3, &settling) != SPRINGLS_OK
+        || springls_chunks_update(ctx, chunks, &changed, &count) != SPRINGLS_OK || update_contours(ctx, contours) != SPRINGLS_OK) {
         return fail(ctx);
     }
     for (int i = 0; i < frames; ++i) {
         const float turn = 0.02f * (float)i;
         brush.center[0] = middle + radius * cosf(turn);
         brush.center[1] = middle + radius * sinf(turn);
-        brush.velocity[0] = i < SETTLE ? 0.0f : -cosf(turn);
-        brush.velocity[1] = i < SETTLE ? 0.0f : -sinf(turn);
+        brush.velocity[0] = -cosf(turn);
+        brush.velocity[1] = -sinf(turn);
         for (int k = 0; k < 3; ++k) {
             forces.region_lower[k] = brush.center[k] - brush.radius;
             forces.region_upper[k] = brush.center[k] + brush.radius;
@@ -271,16 +292,16 @@ int main(int argc, char **argv)
         if (springls_chunks_update(ctx, chunks, &changed, &count) != SPRINGLS_OK) {
             return fail(ctx);
         }
-        const double end = elapsed_seconds();
+        const double end = elapsed_seconds(), used = 1e3 * (processor_seconds() - busy);
         if (update_contours(ctx, contours) != SPRINGLS_OK) {
             return fail(ctx);
         }
-        if (i < SETTLE) {
-            continue;
+        if (i < FIRST) {
+            first.value[first.count++] = used;
         }
         contour.value[contour.count++] = 1e3 * (elapsed_seconds() - end);
         frame.value[frame.count++] = 1e3 * (end - begin);
-        processor.value[processor.count++] = 1e3 * (processor_seconds() - busy);
+        processor.value[processor.count++] = used;
         step.value[step.count++] = 1e3 * (stepped - begin);
         chunk.value[chunk.count++] = 1e3 * (end - stepped);
         share.value[share.count++] = 100.0 * count / all;
@@ -322,6 +343,9 @@ int main(int argc, char **argv)
     json_integer(&json, "threads", threads);
     json_integer(&json, "springls", springls_count(ctx));
     json_integer(&json, "chunks", all);
+    report(&json, "settle_call_ms", &settling.call);
+    report(&json, "settle_whole_ms", &settling.whole);
+    report(&json, "first_ms", &first);
     report(&json, "frame_ms", &frame);
     report(&json, "processor_ms", &processor);
     report(&json, "step_ms", &step);
