@@ -5,12 +5,14 @@
  *   viewer bunny.obj --grid 128                             # a mesh (PLY, OBJ, STL, OFF, glTF); dropping a file does the same
  *   viewer --script strokes.txt --screenshot dent.png       # runs the events of a file, writes a picture and ends
  *   viewer --bench                                          # frame times of the tool push, as JSON
+ *   viewer --fly 600 --grid 512                             # over a world of bodies, at levels of detail
  *
  * Keys and buttons: --help, or H in the window. */
 #include "base/threads.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
 #include "viewer/bench.h"
+#include "viewer/fly.h"
 #include "viewer/script.h"
 #include "viewer/window.h"
 
@@ -20,7 +22,7 @@
 struct settings {
     struct cli_common common;
     const char *mesh, *save, *script, *screenshot, *set;
-    int width, height, texture;
+    int width, height, texture, fly;
     bool bench;
 };
 
@@ -37,12 +39,16 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"screenshot", CLI_OUTPUT, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
         {"bench", CLI_FLAG, &set->bench, NULL,
          "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
+        {"fly", CLI_INT, &set->fly, "FRAMES",
+         "over a world of bodies on --grid (128 each), at levels of detail; with --screenshot the frame after a third. Times as JSON",
+         1, 5000, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};
     const struct cli_rule rules[] = {
         {.given = "bench", .only = "grid|params|set|backend|threads|json|quiet"},
-        {.given = "json", .needs = "bench"},
+        {.given = "fly", .only = "grid|width|height|screenshot|set|params|threads|json|quiet"},
+        {.given = "json", .needs = "bench|fly"},
         {.given = "save+screenshot", .needs = "script"},
         {.given = "texture", .needs = "save=.glb|script"},
     };
@@ -112,11 +118,13 @@ int main(int argc, char **argv)
         return status;
     }
     memset(&desc, 0, sizeof desc);
-    desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : 96;
+    desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : set.fly ? 256 : 96;
     desc.params = &params;
     desc.tasks = run_tasks();
     desc.backend = run_backend("viewer", &set.common);
-    status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), threads_count()) : run(&set, &desc);
+    status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), threads_count())
+           : set.fly   ? viewer_fly(&desc, set.fly, set.width, set.height, set.screenshot, set.common.json)
+                       : run(&set, &desc);
     springls_cl_destroy(desc.backend);
     return status;
 }

@@ -159,6 +159,29 @@ bool viewer_window_show(void *user, const char *picture)
     return true;
 }
 
+void viewer_window_take_no_events(struct viewer_window *window)
+{
+    if (window->handle) {
+        glfwSetMouseButtonCallback(window->handle, NULL);
+        glfwSetCursorPosCallback(window->handle, NULL);
+        glfwSetScrollCallback(window->handle, NULL);
+        glfwSetKeyCallback(window->handle, NULL);
+        glfwSetDropCallback(window->handle, NULL);
+        glfwSetWindowSizeCallback(window->handle, NULL);
+        glfwSetWindowRefreshCallback(window->handle, NULL);
+    }
+}
+
+bool viewer_window_flip(struct viewer_window *window)
+{
+    if (!window->handle) {
+        return true;
+    }
+    glfwSwapBuffers(window->handle);
+    glfwPollEvents();
+    return !glfwWindowShouldClose(window->handle);
+}
+
 bool viewer_window_loop(struct viewer_window *window)
 {
     double before = elapsed_seconds();

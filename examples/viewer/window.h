@@ -21,6 +21,11 @@ void viewer_window_close(struct viewer_window *window);
 /* Shows a picture of the app, and writes it to a PNG file unless `picture` is NULL. A viewer_show_fn. */
 bool viewer_window_show(void *window, const char *picture);
 
+/* For pictures that are not of the app: lets its events be; completes a frame that has been drawn, and returns false when the window is
+ * to be closed. */
+void viewer_window_take_no_events(struct viewer_window *window);
+bool viewer_window_flip(struct viewer_window *window);
+
 /* Runs until the window is closed or the app quits. */
 bool viewer_window_loop(struct viewer_window *window);
 

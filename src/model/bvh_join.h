@@ -80,7 +80,8 @@ SPRINGLS__FN void springls__bvh_make_parts(springls__surface *surface)
 }
 
 /* Widens the bounds of a node to those of parts. */
-SPRINGLS__FN void springls__bvh_bound_parts(springls__bvh_node *node, const springls__bvh_node *part, const springls__bvh_item *items, int count)
+SPRINGLS__FN void springls__bvh_bound_parts(springls__bvh_node *node, const springls__bvh_node *part, const springls__bvh_item *items,
+                                            int count)
 {
     int i, k;
     for (k = 0; k < 3; k++) { node->lower[k] = FLT_MAX; node->upper[k] = -FLT_MAX; }

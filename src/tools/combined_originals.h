@@ -110,8 +110,8 @@ SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__bot
 
 /* ---- original surfaces ---- */
 
-/* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that no
-   springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
+/* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that
+   no springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
    meshes. */
 typedef struct springls__both_originals {
     const springls__surface *other;

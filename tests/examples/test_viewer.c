@@ -351,6 +351,30 @@ TEST coarse_bodies_have_no_dark_outline(void)
     PASS();
 }
 
+/* The body is in the middle of the picture, in the color of a level, and nothing is beyond half a pixel. */
+TEST a_flight_draws_levels_of_detail(void)
+{
+    static pixels seen;
+    char path[512], json[512], text[4096];
+    if (!can_draw) SKIPm("there is no OpenGL 3.3 by EGL");
+    snprintf(path, sizeof path, "%s", scratch("fly.png"));
+    snprintf(json, sizeof json, "%s", scratch("fly.json"));
+    const char *const arguments[] = {"viewer", "--fly", "6", "--grid", "128", "--width", "480", "--height", "360", "--screenshot", path,
+                                     "--json", json, NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_viewer(arguments));
+    ASSERT(read_picture("fly.png", seen));
+    int body = 0;
+    for (int y = 0; y < HIGH; ++y)
+        for (int x = 0; x < WIDE; ++x) body += difference(seen[y][x], seen[HIGH - 1][0]) > 40;
+    ASSERT(body > WIDE * HIGH / 50 && body < WIDE * HIGH / 2);
+    FILE *file = fopen(json, "r");
+    ASSERT(file);
+    text[fread(text, 1, sizeof text - 1, file)] = 0;
+    fclose(file);
+    ASSERT(strstr(text, "\"most_too_coarse\": 0,"));
+    PASS();
+}
+
 TEST what_cannot_be_shown_ends_with_one_line(void)
 {
     const char *const nowhere[] = {"viewer", "--grid", "16", "--screenshot", "/nowhere/at all.png", NULL};
@@ -363,7 +387,8 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
     const char *const vain[][6] = {{"viewer", "--bench", "--script", "a.txt"}, {"viewer", "--bench", "a.obj"},
                                    {"viewer", "--json", "-"}, {"viewer", "--out", "a"}, {"viewer", "--texture", "64"},
                                    {"viewer", "--texture", "64", "--save", "a.ply"},
-                                   {"viewer", "--save", "a.ply", "--screenshot", "a.png"}};
+                                   {"viewer", "--save", "a.ply", "--screenshot", "a.png"},
+                                   {"viewer", "--fly", "2", "--grid", "100"}, {"viewer", "--fly", "2", "--bench"}};
     for (size_t i = 0; i < sizeof vain / sizeof *vain; ++i) {
         ASSERT_EQm(vain[i][1], CLI_EXIT_USAGE, run_viewer(vain[i]));
         ASSERT_EQ(1, lines_said());
@@ -454,6 +479,7 @@ int main(int argc, char **argv)
     can_draw = can_draw_without_a_display();
     RUN_TEST(pictures_show_what_there_is);
     RUN_TEST(coarse_bodies_have_no_dark_outline);
+    RUN_TEST(a_flight_draws_levels_of_detail);
     RUN_TEST(what_cannot_be_shown_ends_with_one_line);
     start_display();
     RUN_TEST(a_window_shows_the_same_picture);
