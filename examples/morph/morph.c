@@ -32,6 +32,8 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X",
          "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
+        {"limbs", CLI_FLOAT, &set->limbs, "X",
+         "voxels of thickness that thinner limbs and sheets get, so that they stay whole; 0: as they are", 0, 10, NULL},
         {"reach", CLI_INT, &set->reach, "N", "voxels: longest bridge to a body that touches nothing", 0, 1000, NULL},
         {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
          NULL},
@@ -114,6 +116,7 @@ int main(int argc, char **argv)
                                        .blend = 40,
                                        .reach = 60,
                                        .thicken = -1.0f,
+                                       .limbs = 2.5f,
                                        .size = 480,
                                        .texture = 512,
                                        .view = {0.45f, 0.12f, 1.0f}}};

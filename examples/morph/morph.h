@@ -4,7 +4,7 @@
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   prepare   makes each a closed body (solid.c) on one grid (prepare.c)
  *   run       runs all frames (run.c), each in three parts:
- *             shape     the level set between the two bodies in the frame's pose (shape.c)
+ *             shape     the level set between the two bodies in the frame's pose (shape.c), along the middles of limbs (rods.c)
  *             skin      a step of linear blend skinning and of the push to that shape (skinning.c), with weights of weights.c
  *             contour   active contours where the model lags (contour.c)
  *   measure   compares frame and end with the target (measure.c)
@@ -38,6 +38,7 @@ struct morph_settings {
     float pace;      /* motion of the contour by pressure in an iteration, voxels, at most */
     int blend;       /* frames in which the source becomes the target */
     float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
+    float limbs;     /* voxels: thickness that thin limbs and sheets get; 0: they stay as they are */
     int reach;       /* voxels: longest bridge to a body of a character that touches nothing */
     int size;        /* pixels of a picture's height */
     int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
@@ -51,6 +52,7 @@ struct morph_solid {
     int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, with equal points joined */
     int sheet_triangles; /* without an inside */
     float thickened;     /* voxels: their thickness now, 0: left out or none */
+    int thin;            /* voxels by which thin limbs and sheets have become thicker */
     int filled;          /* voxels of closed cavities, which become inside */
     int found, joined;   /* separate bodies, and those that a bridge connects with the largest one */
     int dropped_voxels;  /* of bodies left out: less than 1/1000 of the volume each */
@@ -61,12 +63,16 @@ struct morph_body {
     struct places places;
     struct morph_solid solid;
     springls_mesh mesh;            /* the closed body in the neutral pose */
+    struct mesh_check check;       /* of that mesh */
     struct influences *influences; /* one a vertex of it */
     float *pulls;                  /* of the character's vertices: where limbs shrink that the other lacks */
     float *mesh_pulls;             /* of the mesh's vertices */
     bool has_alone;                /* it has limbs that the other lacks */
     float *posed;                  /* its vertices in the present pose */
 };
+
+/* Returns how many handles the surface has that was checked. */
+static inline int morph_handles(const struct mesh_check *check) { return check->components - check->euler / 2; }
 
 /* The model after one frame. */
 struct morph_frame {
@@ -88,6 +94,20 @@ struct morph_frame {
     int64_t split, added, removed;
 };
 
+/* A place in the middle of a limb, in the neutral pose, and the rod that ends there. */
+struct rod_place {
+    int joint;          /* which moves it */
+    int before;         /* the place where the rod begins, -1: none ends here */
+    int root;           /* the joint out of which its limb grows, -1: both bodies have it */
+    float middle[2][3]; /* of the source's limb and of the target's, voxels */
+    float radius[2];    /* voxels, 0: the body is not there */
+};
+
+struct rods {
+    struct rod_place *places; /* first those of the target's joints */
+    int place_count, place_room;
+};
+
 /* Bone weights of the source's surface at a correspondence. */
 struct cached_weights {
     float correspondence[3];
@@ -101,6 +121,7 @@ struct morph {
     struct morph_body source, target;
     int animation; /* of the target's skeleton */
     struct alignment alignment;
+    struct rods rods;
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
@@ -187,6 +208,12 @@ bool morph_rig(const struct morph *morph, const char *path, struct character *bo
                struct rig_mesh *mesh);
 void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
+
+/* ---- rods.c ---- */
+
+bool morph_make_rods(struct morph *morph); /* of both bodies, while the contexts have their level sets in the neutral pose */
+/* Unites a level set with the rods in the present pose. part: 0 the source, 1 the target. */
+void morph_add_rods(const struct morph *morph, float part, float *phi);
 
 /* ---- run.c, shape.c, skinning.c, contour.c ---- */
 

@@ -127,11 +127,15 @@ static void report_body(struct json_writer *json, const char *name, const char *
     json_integer(json, "bodies_found", body->solid.found);
     json_integer(json, "bodies_bridged", body->solid.joined);
     json_integer(json, "voxels_left_out", body->solid.dropped_voxels);
+    json_integer(json, "thin_voxels_added", body->solid.thin);
+    json_integer(json, "components", body->check.components);
+    json_integer(json, "handles", morph_handles(&body->check));
     json_object_end(json);
 }
 
 struct summary {
     int watertight, intersections, min_components, max_components, specks;
+    int with_handles; /* frames with more handles than both bodies have in the neutral pose */
     double weight_error, off_monotone, seconds, skinning, contour, target, steps;
 };
 
@@ -153,11 +157,14 @@ static struct summary summarize(const struct morph *morph)
 {
     struct summary s;
     memset(&s, 0, sizeof s);
+    const int ours = morph_handles(&morph->source.check), theirs = morph_handles(&morph->target.check);
+    const int own_handles = ours > theirs ? ours : theirs;
     s.off_monotone = off_monotone(morph);
     for (int f = 0; f < morph->frame_count; ++f) {
         const struct morph_frame *frame = &morph->frames[f];
         s.watertight += frame->check.open_edges == 0;
         s.intersections += frame->check.intersections;
+        s.with_handles += morph_handles(&frame->check) > own_handles;
         s.min_components = f == 0 || frame->check.components < s.min_components ? frame->check.components : s.min_components;
         s.max_components = frame->check.components > s.max_components ? frame->check.components : s.max_components;
         s.specks = frame->specks > s.specks ? frame->specks : s.specks;
@@ -217,6 +224,7 @@ static void report_totals(struct json_writer *json, const struct morph *morph)
     json_integer(json, "components_fewest", s.min_components);
     json_integer(json, "components_most", s.max_components);
     json_integer(json, "specks_left_out_most", s.specks);
+    json_integer(json, "frames_with_more_handles", s.with_handles);
     json_number(json, "weight_sum_error_max", s.weight_error);
     json_number(json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
     json_number(json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
@@ -248,7 +256,7 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
     json_integer(json, "self_intersections", frame->check.intersections);
     json_integer(json, "components", frame->check.components);
     json_integer(json, "specks_left_out", frame->specks);
-    json_integer(json, "euler", frame->check.euler);
+    json_integer(json, "handles", morph_handles(&frame->check));
     json_number(json, "volume_voxels", frame->volume);
     json_number(json, "distance_voxels", frame->distance);
     json_number(json, "distance_worst_voxels", frame->stray);
@@ -298,6 +306,7 @@ void morph_print(const struct morph *morph)
     printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
            s.intersections, s.min_components, s.max_components, s.specks);
+    printf("%d frames have more handles than both bodies in the neutral pose, such as arms that touch\n", s.with_handles);
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

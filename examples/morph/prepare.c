@@ -111,7 +111,11 @@ static bool make_body(const struct morph *morph, springls_context *ctx, const ch
         || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), morph_name(path))) {
         return false;
     }
-    const size_t count = (size_t)body->mesh.vertex_count;
+    const springls_mesh *mesh = &body->mesh;
+    if (!mesh_check(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, &body->check)) {
+        return morph_no_memory();
+    }
+    const size_t count = (size_t)mesh->vertex_count;
     body->influences = malloc(count * sizeof *body->influences);
     body->posed = malloc(3 * count * sizeof *body->posed);
     body->mesh_pulls = calloc(3 * count, sizeof *body->mesh_pulls);
@@ -158,7 +162,7 @@ static bool make_models(struct morph *morph)
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
         && make_body(morph, morph->other, morph->settings.target, &morph->target)
-        && make_body(morph, morph->ctx, morph->settings.source, &morph->source);
+        && make_body(morph, morph->ctx, morph->settings.source, &morph->source) && morph_make_rods(morph);
 }
 
 bool morph_prepare(struct morph *morph)
@@ -197,6 +201,7 @@ void morph_free(struct morph *morph)
     free_body(morph->other, &morph->target);
     free(morph->frames);
     alignment_free(&morph->alignment);
+    free(morph->rods.places);
     free(morph->skin);
     free(morph->skin_before);
     free(morph->skin_places);

@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
 #define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
 #define BAND 0.9f     /* voxels: up to where signed distances of posed bodies are exact */
 
@@ -122,55 +121,6 @@ static double volume_of(const struct morph *morph, const float *phi, float shift
     return (double)volume / unit;
 }
 
-/* Adds a rod of `radius` voxels to a level set. */
-static void add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius)
-{
-    float axis[3];
-    int lo[3], hi[3];
-    vec3_sub(to, from, axis);
-    const float square = vec3_dot(axis, axis);
-    for (int k = 0; k < 3; ++k) {
-        lo[k] = (int)fmaxf(1.0f, floorf(fminf(from[k], to[k]) - radius - BAND));
-        hi[k] = (int)fminf((float)size[k] - 2.0f, ceilf(fmaxf(from[k], to[k]) + radius + BAND));
-    }
-    for (int z = lo[2]; z <= hi[2]; ++z) {
-        for (int y = lo[1]; y <= hi[1]; ++y) {
-            for (int x = lo[0]; x <= hi[0]; ++x) {
-                const float p[3] = {(float)x, (float)y, (float)z};
-                float d[3];
-                vec3_sub(p, from, d);
-                vec3_add_scaled(d, square > 0.0f ? -fmaxf(0.0f, fminf(1.0f, vec3_dot(d, axis) / square)) : 0.0f, axis, d);
-                float *here = phi + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
-                *here = fminf(*here, vec3_length(d) - radius);
-            }
-        }
-    }
-}
-
-/* Keeps limbs at least as thick as a rod along their bones, so that none falls apart between two shapes. Those that the source
- * lacks have `grown` of their size. */
-static void add_rods(const struct morph *morph, float radius, float grown, float *phi)
-{
-    const struct character *target = &morph->target.character;
-    for (int j = 0; j < target->joint_count; ++j) {
-        const int root = morph->alignment.grows[j], ends[2] = {j, root < 0 ? morph->alignment.bone_above[j]
-                                                                  : j == root ? -1 : target->joints[j].parent};
-        float places[2][3];
-        for (int e = 0; e < 2 && ends[1] >= 0; ++e) {
-            joint_place(&target->joints[ends[e]], places[e]);
-            if (root >= 0) {
-                float way[3];
-                joint_place(&target->joints[root], way);
-                vec3_sub(way, places[e], way);
-                vec3_add_scaled(places[e], 1.0f - grown, way, places[e]);
-            }
-            affine_apply(&morph->skin[ends[e]], places[e], places[e]);
-            morph_to_voxel(&morph->grid, places[e], places[e]);
-        }
-        if (ends[1] >= 0) { add_rod(morph->grid.size, phi, places[0], places[1], radius); }
-    }
-}
-
 /* Unites a voxel of a level set with those limbs of a body that the other lacks. */
 static float unite_alone(const struct morph *morph, const struct morph_body *body, float body_phi, int nearest, float phi)
 {
@@ -268,8 +218,7 @@ bool morph_shape(struct morph *morph, float part)
     } else {
         memcpy(phi, target, (size_t)count * sizeof *phi);
     }
-    const float rod = ROD * fminf(1.0f, 5.0f * (1.0f - part));
-    if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
+    morph_add_rods(morph, part, phi);
     return solid_repair(&voxels, phi, morph->settings.reach, true, &repair) || morph_no_memory();
 }
 

@@ -4,11 +4,13 @@
  *    cuffs are closed by a film.
  * 2. Sheets, which have no inside, become solid: one voxel thick, or by --thicken (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
- * 4. Bodies that touch nothing are connected with the largest one by bridges. */
+ * 4. Bodies that touch nothing are connected with the largest one by bridges.
+ * 5. Limbs too thin for the voxels become thicker (character/thin_places.h). */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
 #include "character/sheets.h"
+#include "character/thin_places.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -93,6 +95,25 @@ static bool thicken_sheets(const struct morph *morph, const char *name, const st
     return good;
 }
 
+/* Makes thin limbs and sheets thicker, with a note on stderr where that is more than 1/1000 of the body. For bone weights alone they
+ * stay as they are. */
+static bool thicken_limbs(const struct morph *morph, const char *name, const struct solid_grid *grid, float *phi,
+                          struct morph_solid *solid)
+{
+    const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
+    const float limbs = morph->settings.weights ? 0.0f : morph->settings.limbs;
+    size_t inside = 0;
+    solid->thin = limbs > 0.0f ? thin_places_thicken(grid, phi, limbs) : 0;
+    for (size_t n = 0; n < count; ++n) { inside += phi[n] < 0.0f; }
+    if (solid->thin > 0 && 1000 * (size_t)solid->thin > inside && !morph->settings.common.quiet) {
+        fprintf(stderr,
+                "morph: %s: what is thinner than %g voxels is made as thick, by %.1f %% of the volume; a finer --grid needs that less, "
+                "--limbs 0 does not do it\n",
+                name, (double)limbs, 100.0 * (double)solid->thin / (double)inside);
+    }
+    return solid->thin >= 0 || morph_no_memory();
+}
+
 /* Computes phi of the triangles; `empty`: they enclose nothing. */
 static bool sample_phi(springls_context *ctx, const char *name, const struct character *character, size_t voxels, float *phi,
                        bool *empty, struct morph_solid *solid)
@@ -134,7 +155,7 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
             || morph_fail("%s: a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", name,
                           repair.out_of_reach, limb_at(morph, character, &voxels, repair.out_of_reach_at), reach);
     }
-    good = good && morph_check(ctx, springls_set_level_set(ctx, phi), name);
+    good = good && thicken_limbs(morph, name, &voxels, phi, solid) && morph_check(ctx, springls_set_level_set(ctx, phi), name);
     free(phi);
     return good;
 }

@@ -42,7 +42,7 @@ def row(name, r):
     if "failed" in r:
         return f"| {name} | {r['failed']} |"
     components = f"{r['components_fewest']} to {r['components_most']}" if r["components_most"] > 1 else "1"
-    return (f"| {name} | {r['frames']} | {components} | {r['specks_left_out_most']} | {r['self_intersections']} "
+    return (f"| {name} | {r['frames']} | {components} | {r['frames_with_more_handles']} | {r['specks_left_out_most']} | {r['self_intersections']} "
             f"| {r['distance_to_target_mean_voxels']:.3f} | {r['distance_from_target_mean_voxels']:.3f} "
             f"| {r['distance_max_voxels']:.1f} | {r['volume_off_monotone_percent']:.1f} % |")
 
@@ -69,8 +69,8 @@ def main():
     settings.out.mkdir(parents=True, exist_ok=True)
     files = [f for f in sorted(settings.characters.glob("*.glb")) if f.stem not in TWINS]
     pairs = [(a, b) for a in files for b in files if a != b and settings.only in f"{a.stem} -> {b.stem}"]
-    print("| pair | frames | components | specks | crossing | mean to | mean from | largest | volume |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print("| pair | frames | components | more handles | specks | crossing | mean to | mean from | largest | volume |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     met = shown = 0
     for source, target in pairs:
         report = settings.out / f"{source.stem}-{target.stem}.json"

@@ -21,6 +21,7 @@ int main(int argc, char **argv)
 
 #include "base/vec3.h"
 #include "character/mesh_voxels.h"
+#include "character/thin_places.h"
 #include "morph/morph.h"
 
 #include "morph_fixtures.h"
@@ -234,6 +235,40 @@ static void make_tube(float *positions, int *triangles)
     }
 }
 
+/* A box, and a rod of 0.7 voxel from it that leads from a corner of voxels to the next. */
+TEST thin_limbs_become_thick_and_corners_stay(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    const size_t count = (size_t)ROOM * ROOM * ROOM;
+    float *phi = malloc(count * sizeof *phi), *before = malloc(count * sizeof *before);
+    ASSERT(phi && before);
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        const float along = fmaxf(12.0f, fminf(34.0f, (p[0] + p[1]) / 2.0f));
+        const float box = fmaxf(fmaxf(fabsf(p[0] - 11), fabsf(p[1] - 11)), fabsf(p[2] - 20)) - 6.3f;
+        before[n] = phi[n] = fminf(box, ball_at(p, along, along, 20, 0.7f));
+    }
+    bool whole;
+    ASSERT(solid_is_whole(&grid, phi, &whole));
+    ASSERT(!whole); /* its voxels touch at edges only */
+    const int added = thin_places_thicken(&grid, phi, 2.5f);
+    ASSERT(added > 0);
+    ASSERT(solid_is_whole(&grid, phi, &whole));
+    ASSERT(whole);
+    int changed = 0;
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const int at[3] = {n % ROOM, n / ROOM % ROOM, n / (ROOM * ROOM)};
+        ASSERT(phi[n] <= before[n]);
+        if (at[0] < 17 && at[1] < 17) ASSERT_EQ(before[n] < 0.0f, phi[n] < 0.0f);
+        if (at[0] == at[1] && at[2] == 20 && at[0] > 20 && at[0] < 34) ASSERT(phi[n] < -1.0f);
+        changed += phi[n] < 0.0f && before[n] >= 0.0f;
+    }
+    ASSERT_EQ(added, changed);
+    free(phi);
+    free(before);
+    PASS();
+}
+
 TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
 {
     float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions), *weights = malloc(2 * TUBE_VERTICES * sizeof *weights);
@@ -350,6 +385,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_contour_opens_a_crevice);
     RUN_TEST(a_contour_grows_a_thin_limb);
     RUN_TEST(a_repair_opens_crevices_and_fills_hollows);
+    RUN_TEST(thin_limbs_become_thick_and_corners_stay);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
