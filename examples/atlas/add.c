@@ -48,6 +48,7 @@ static void keep_learned(struct atlas *old, struct atlas *new)
     new->profiles = old->profiles;
     new->spreads = old->spreads;
     memcpy(new->templates, old->templates, sizeof new->templates);
+    memcpy(new->label_ids, old->label_ids, sizeof new->label_ids);
     new->template_count = old->template_count;
     old->regions = NULL;
     old->profiles = old->spreads = NULL;

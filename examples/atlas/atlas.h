@@ -24,7 +24,7 @@ enum { ATLAS_MAX_SUBJECTS = 256, ATLAS_MAX_MODES = 64, ATLAS_MAX_LANDMARKS = 64 
 struct atlas {
     struct shape_mesh mean;
     struct shape_model model; /* model.mean points to mean.positions */
-    int *regions;             /* label of each vertex's region, 0: unknown; never NULL */
+    uint32_t *regions;        /* label of each vertex's region, 0: unknown; never NULL */
     bool oriented;            /* built from label maps: its axes are the patient's and it lies where the first subject lies */
     double voxel;             /* side of the voxels of the model that its springls lived on */
     double generalization;    /* mean distance of a left-out subject from the model of the others; 0: unknown */
@@ -37,6 +37,7 @@ struct atlas {
     /* The subjects' images and masks, when there were images of several: see fusion.h. */
     struct fusion_template templates[FUSION_MAX_TEMPLATES];
     int template_count;
+    uint32_t label_ids[FUSION_MAX_LABELS]; /* of the templates' labels, number 1 first */
 };
 
 bool atlas_write(const char *folder, const struct atlas *atlas);
@@ -48,6 +49,7 @@ struct atlas_subject {
     struct shape_mesh mesh;
     struct target target;
     struct volume labels; /* cropped to the subject's label; no data when the subject is a mesh */
+    uint32_t *label_ids;  /* NULL: `labels` has the labels; else the label of each number from 1 that it has instead */
     struct volume image;  /* no data without --images */
     bool oriented;
     float *landmarks;       /* 3 each, or NULL */
@@ -73,8 +75,8 @@ int atlas_drop_specks(struct shape_mesh *mesh);
 /* Copies the `dims` voxels of a volume that begin at voxel `lo`, in the same world places; beyond the volume they are 0. */
 bool atlas_crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part);
 
-/* Returns the label of the voxel nearest to a place in mm, 0 outside. */
-int atlas_label_at(const struct volume *labels, const float place[3]);
+/* Returns the label of the voxel of a subject's map that is nearest to a place in mm, 0 outside. */
+uint32_t atlas_label_at(const struct atlas_subject *subject, const float place[3]);
 
 /* The springls of a template on a grid around it. */
 struct atlas_template {
@@ -267,6 +269,7 @@ struct atlas_confidence {
     double agreement;        /* correlation of the image with what the subjects expect */
     double least, most;      /* of the subjects themselves, each one voted on by the others */
     double dice, dice_error; /* predicted, and how far such predictions are off for the subjects; NaN: it disagrees */
+    double label_dice[FUSION_MAX_LABELS], label_deviation[FUSION_MAX_LABELS]; /* of the subjects' labels, voted on by the others */
     enum atlas_doubt doubt;
     double changed;          /* agreement when mirrored or inverted */
     double volume, smallest, largest; /* of what was found, and the limits of what is believed; mm^3 */
@@ -276,6 +279,13 @@ struct atlas_confidence {
 bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence);
 /* Returns true if an agreement is too low for an image of the subjects' kind. */
 bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence);
+
+/* One label of the result. */
+struct atlas_part {
+    uint32_t label;
+    double volume; /* ml */
+    double dice;   /* with the reference; NaN: it has not this label */
+};
 
 struct atlas_segment {
     struct atlas_segment_settings settings;
@@ -288,6 +298,9 @@ struct atlas_segment {
     springls_context *ctx;
     struct fusion_map maps[FUSION_MAX_TEMPLATES]; /* to the atlas's templates */
     float *probabilities[FUSION_MAX_TEMPLATES];   /* on the templates' grids */
+    float *shares[FUSION_MAX_TEMPLATES];          /* of the labels there: fusion_votes.shares; NULL: one label */
+    struct atlas_part parts[FUSION_MAX_LABELS];
+    int part_count;                               /* 0: the subjects have one label, or none vote */
     float trust[FUSION_MAX_TEMPLATES];            /* weights of the templates; their sum is 1 */
     struct atlas_confidence confidence;
     int begin;                                    /* stage from which the springls start: a shape with the atlas's vertices */
@@ -295,7 +308,7 @@ struct atlas_segment {
     struct shape_mesh stages[ATLAS_STAGES], truth;
     struct atlas_stage results[ATLAS_STAGES];
     struct atlas_stage without; /* another program's result for the same image; name NULL: none */
-    int *regions; /* of the result's vertices, by their correspondences */
+    uint32_t *regions; /* labels of the result's vertices, by their correspondences */
     float *vertices; /* the atlas's vertices on the result */
     int steps, springls;
     bool at_rest;
@@ -326,6 +339,12 @@ bool atlas_is_trusted(const struct atlas_segment *run);
 /* Returns the probability of being inside minus the level at which volumes are right. */
 float atlas_fused_at(const struct atlas_segment *run, const float place[3]);
 
+/* Returns the label that has the largest share of the subjects' votes at a place, 0: they have one label, or nobody has the place. */
+uint32_t atlas_voted_label(const struct atlas_segment *run, const float place[3]);
+/* Computes the label of each voxel of a grid, 0 outside of the result. */
+bool atlas_segment_labels(const struct atlas_segment *run, const struct volume *grid, uint32_t *labels);
+/* Measures the parts of the result, where subjects vote on labels: run->parts. */
+bool atlas_measure_parts(struct atlas_segment *run);
 bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask); /* 1 inside */
 bool atlas_segment_output(const struct atlas_segment *run);
 void atlas_segment_free(struct atlas_segment *run);

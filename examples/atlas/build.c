@@ -186,7 +186,7 @@ static bool vote_regions(struct atlas_build *build)
     struct atlas *atlas = &build->atlas;
     const int vertices = atlas->mean.vertex_count, count = build->settings.count;
     float *normals = malloc(3 * (size_t)vertices * sizeof *normals);
-    int *votes = calloc((size_t)vertices * (size_t)count, sizeof *votes);
+    uint32_t *votes = calloc((size_t)vertices * (size_t)count, sizeof *votes);
     atlas->regions = calloc((size_t)vertices, sizeof *atlas->regions);
     const bool good = (normals && votes && atlas->regions) || atlas_no_memory();
     for (int s = 0; good && s < count; ++s) {
@@ -200,7 +200,7 @@ static bool vote_regions(struct atlas_build *build)
         for (int v = 0; v < vertices; ++v) {
             float inside[3];
             vec3_add_scaled(subject->shape + 3 * v, -depth, normals + 3 * v, inside);
-            votes[v * count + s] = atlas_label_at(&subject->labels, inside);
+            votes[v * count + s] = atlas_label_at(subject, inside);
         }
     }
     for (int v = 0; good && v < vertices; ++v) {

@@ -27,20 +27,41 @@ static double dice_of(const struct fusion_template *template, const float *proba
     return a + b > 0 ? 2.0 * (double)both / (double)(a + b) : 1.0;
 }
 
-/* Has one subject voted on by the others. */
-static bool judge(const struct fusion_template *template, int subject, float *probability, double *agreement, double *dice)
+/* Computes the Dice of a label, which has the largest share within what is above the level, with a subject's own. */
+static double label_dice_of(const struct fusion_template *template, const float *probability, const float *shares, int label, int subject)
 {
     const size_t voxels = volume_voxels(&template->image);
-    struct fusion_votes votes = {NULL, NULL, NULL, NULL};
+    const int *truth = template->labels + (size_t)subject * voxels;
+    size_t found = 0, there = 0, both = 0;
+    for (size_t n = 0; n < voxels; ++n) {
+        bool largest = probability[n] > template->level;
+        for (int l = 0; largest && l < template->label_count; ++l) {
+            largest = shares[(size_t)l * voxels + n] <= shares[(size_t)(label - 1) * voxels + n];
+        }
+        found += largest;
+        there += truth[n] == label;
+        both += largest && truth[n] == label;
+    }
+    return found + there > 0 ? 2.0 * (double)both / (double)(found + there) : 1.0;
+}
+
+/* Has one subject voted on by the others. labels: receives the Dice of each label. */
+static bool judge(const struct fusion_template *template, int subject, float *probability, double *agreement, double *dice, double *labels)
+{
+    const size_t voxels = volume_voxels(&template->image);
+    struct fusion_votes votes = {.mean = NULL};
     bool others[ATLAS_MAX_SUBJECTS];
     for (int s = 0; s < template->count; ++s) {
         others[s] = s != subject;
     }
-    const bool good = fusion_vote(template, template->images + (size_t)subject * voxels, others, &votes)
+    const bool good = fusion_vote(template, template->images + (size_t)subject * voxels, others, true, &votes)
         && fusion_correct(template, &votes, probability);
     if (good) {
         *agreement = fusion_correlation(template, &votes);
         *dice = dice_of(template, probability, subject);
+        for (int l = 0; l < template->label_count; ++l) {
+            labels[l] = label_dice_of(template, probability, votes.shares, l + 1, subject);
+        }
     }
     fusion_votes_free(&votes);
     return good;
@@ -77,19 +98,28 @@ bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence
 bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence)
 {
     const int count = template->count < MAX_JUDGED ? template->count : MAX_JUDGED;
-    double agreements[MAX_JUDGED], dices[MAX_JUDGED];
+    double agreements[MAX_JUDGED], dices[MAX_JUDGED], labels[MAX_JUDGED][FUSION_MAX_LABELS];
     float *probability = malloc(volume_voxels(&template->image) * sizeof *probability);
     bool good = probability != NULL;
     confidence->least = INFINITY;
     confidence->most = -INFINITY;
     for (int i = 0; good && i < count; ++i) {
-        good = judge(template, i * template->count / count, probability, &agreements[i], &dices[i]);
+        good = judge(template, i * template->count / count, probability, &agreements[i], &dices[i], labels[i]);
         confidence->least = good ? fmin(confidence->least, agreements[i]) : 0.0;
         confidence->most = good ? fmax(confidence->most, agreements[i]) : 0.0;
     }
     free(probability);
     if (!good) {
         return atlas_no_memory();
+    }
+    for (int l = 0; l < template->label_count; ++l) {
+        double sum = 0.0, square = 0.0;
+        for (int i = 0; i < count; ++i) {
+            sum += labels[i][l] / count;
+            square += labels[i][l] * labels[i][l] / count;
+        }
+        confidence->label_dice[l] = sum;
+        confidence->label_deviation[l] = sqrt(fmax(0.0, square - sum * sum));
     }
     confidence->known = true;
     confidence->agreement = agreement;

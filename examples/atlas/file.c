@@ -28,28 +28,32 @@ struct raw_array {
     void *data;
 };
 
-enum { SHAPE_ARRAYS = 6, TEMPLATE_ARRAYS = 5, MAX_ARRAYS = SHAPE_ARRAYS + TEMPLATE_ARRAYS * FUSION_MAX_TEMPLATES };
+enum { SHAPE_ARRAYS = 6, TEMPLATE_ARRAYS = 6, MAX_ARRAYS = SHAPE_ARRAYS + TEMPLATE_ARRAYS * FUSION_MAX_TEMPLATES };
 
 static const char *word_type(const struct raw_array *array) { return array->is_float ? "float32" : "int32"; }
 
-/* Lists what the file holds of a template. */
-static void list_template(const struct atlas *atlas, int t, struct raw_array *arrays)
+/* Lists what the file holds of a template. Returns how many arrays. */
+static int list_template(const struct atlas *atlas, int t, struct raw_array *arrays)
 {
-    static const char *const names[TEMPLATE_ARRAYS] = {"image", "images", "masks", "places", "correction"};
+    static const char *const names[TEMPLATE_ARRAYS] = {"image", "images", "masks", "places", "correction", "labels"};
     const struct fusion_template *template = &atlas->templates[t];
     const size_t voxels = volume_voxels(&template->image), subjects = (size_t)template->count,
                  counts[TEMPLATE_ARRAYS] = {voxels, subjects * voxels, subjects * voxels,
                                             3 * (size_t)template->vertices,
-                                            template->corrected ? (size_t)fusion_terms : 0};
+                                            template->corrected ? (size_t)fusion_terms : 0, subjects * voxels};
     void *const data[TEMPLATE_ARRAYS] = {template->image.data, template->images, template->masks, template->places,
-                                         template->correction};
-    for (int a = 0; a < TEMPLATE_ARRAYS; ++a) {
+                                         template->correction, template->labels};
+    const int count = template->label_count > 0 ? TEMPLATE_ARRAYS : TEMPLATE_ARRAYS - 1;
+    for (int a = 0; a < count; ++a) {
         snprintf(arrays[a].name, sizeof arrays[a].name, "template%d_%s", t, names[a]);
-        arrays[a].is_float = true;
+        arrays[a].is_float = a < TEMPLATE_ARRAYS - 1; /* labels are not */
         arrays[a].count = counts[a];
         arrays[a].data = data[a];
     }
+    return count;
 }
+
+static int shape_arrays(const struct atlas *atlas) { return atlas->samples > 0 ? SHAPE_ARRAYS : SHAPE_ARRAYS - 2; }
 
 static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
 {
@@ -64,10 +68,9 @@ static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
         {"spreads", true, samples, atlas->spreads},
     };
     memcpy(arrays, all, sizeof all);
-    int count = atlas->samples > 0 ? SHAPE_ARRAYS : SHAPE_ARRAYS - 2;
+    int count = shape_arrays(atlas);
     for (int t = 0; t < atlas->template_count; ++t) {
-        list_template(atlas, t, arrays + count);
-        count += TEMPLATE_ARRAYS;
+        count += list_template(atlas, t, arrays + count);
     }
     return count;
 }
@@ -155,6 +158,11 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     json_array_begin(&json, "templates");
     for (int t = 0; t < atlas->template_count; ++t) {
         write_template(&json, &atlas->templates[t]);
+    }
+    json_array_end(&json);
+    json_array_begin(&json, "labels");
+    for (int l = 0; atlas->template_count > 0 && l < atlas->templates[0].label_count; ++l) {
+        json_integer(&json, NULL, (int64_t)atlas->label_ids[l]);
     }
     json_array_end(&json);
     json_array_begin(&json, "arrays");
@@ -271,11 +279,30 @@ static bool read_template(const cJSON *item, const struct atlas *atlas, struct f
     return true;
 }
 
+/* Reads the list of labels, which files of before do not have. Returns how many, -1: wrong. */
+static int read_labels(const cJSON *header, struct atlas *atlas)
+{
+    const cJSON *list = cJSON_GetObjectItemCaseSensitive(header, "labels");
+    const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;
+    for (int l = 0; l < count; ++l) {
+        const cJSON *item = l < FUSION_MAX_LABELS ? cJSON_GetArrayItem(list, l) : NULL;
+        const double id = cJSON_IsNumber(item) ? item->valuedouble : 0.0;
+        if (!(id >= 1.0 && id <= 4294967295.0 && id == floor(id))) {
+            return -1;
+        }
+        atlas->label_ids[l] = (uint32_t)id;
+    }
+    return count;
+}
+
 /* Reads the list of templates, which files of before do not have. */
 static const char *read_templates(const cJSON *header, struct atlas *atlas)
 {
     const cJSON *list = cJSON_GetObjectItemCaseSensitive(header, "templates");
-    const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;
+    const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0, labels = read_labels(header, atlas);
+    if (labels < 0) {
+        return "\"labels\" is not a short list of whole numbers";
+    }
     if (count > FUSION_MAX_TEMPLATES || (count > 0 && atlas->subjects > ATLAS_MAX_SUBJECTS)) {
         return "too many templates";
     }
@@ -283,6 +310,7 @@ static const char *read_templates(const cJSON *header, struct atlas *atlas)
         if (!read_template(cJSON_GetArrayItem(list, t), atlas, &atlas->templates[t])) {
             return "a template's grid is missing or out of range";
         }
+        atlas->templates[t].label_count = labels;
         atlas->template_count = t + 1;
     }
     return NULL;
@@ -307,8 +335,9 @@ static const char *check_arrays(const cJSON *header, const struct atlas *atlas)
     return good ? NULL : "\"arrays\" does not fit the sizes";
 }
 
-static const char *check_values(const struct raw_array *array, int vertices)
+static const char *check_values(const struct raw_array *array, int vertices, int labels)
 {
+    const bool numbers = strstr(array->name, "_labels") != NULL;
     for (size_t i = 0; i < array->count; ++i) {
         if (array->is_float && !isfinite(((const float *)array->data)[i])) {
             return "a number is not finite";
@@ -316,6 +345,9 @@ static const char *check_values(const struct raw_array *array, int vertices)
         const int value = array->is_float ? 0 : ((const int *)array->data)[i];
         if (strcmp(array->name, "triangles") == 0 && (value < 0 || value >= vertices)) {
             return "a triangle has a vertex that is not there";
+        }
+        if (numbers && (value < 0 || value > labels)) {
+            return "a label is not in the list";
         }
     }
     return NULL;
@@ -339,13 +371,16 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
     void **places[MAX_ARRAYS] = {(void **)&atlas->mean.positions, (void **)&atlas->mean.triangles, (void **)&atlas->regions,
                                  (void **)&atlas->model.mode, (void **)&atlas->profiles, (void **)&atlas->spreads};
     size_t words = 0;
-    for (int t = 0, p = count - TEMPLATE_ARRAYS * atlas->template_count; t < atlas->template_count; ++t) {
+    for (int t = 0, p = shape_arrays(atlas); t < atlas->template_count; ++t) {
         struct fusion_template *template = &atlas->templates[t];
         places[p++] = (void **)&template->image.data;
         places[p++] = (void **)&template->images;
         places[p++] = (void **)&template->masks;
         places[p++] = (void **)&template->places;
         places[p++] = (void **)&template->correction;
+        if (template->label_count > 0) {
+            places[p++] = (void **)&template->labels;
+        }
     }
     for (int p = 0; p < count; ++p) {
         words += arrays[p].count;
@@ -362,7 +397,7 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
             return "cannot be read";
         }
         swap_words(arrays[p].data, arrays[p].count);
-        const char *wrong = check_values(&arrays[p], atlas->mean.vertex_count);
+        const char *wrong = check_values(&arrays[p], atlas->mean.vertex_count, atlas->templates[0].label_count);
         if (wrong) {
             return wrong;
         }

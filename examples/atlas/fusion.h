@@ -15,7 +15,7 @@
 #include "imaging/volume.h"
 #include "registration/register.h"
 
-enum { FUSION_MAX_TEMPLATES = 4, FUSION_MIN_SUBJECTS = 4, FUSION_MIN_LEARNED = 10 };
+enum { FUSION_MAX_TEMPLATES = 4, FUSION_MIN_SUBJECTS = 4, FUSION_MIN_LEARNED = 10, FUSION_MAX_LABELS = 64 };
 
 struct fusion_template {
     struct volume image; /* of the subject that is the template, around its mask */
@@ -24,6 +24,8 @@ struct fusion_template {
     int vertices;        /* of the atlas */
     float *images;       /* [subject][voxel]: intensities at the template's places, scaled by fusion_normalize */
     float *masks;        /* [subject][voxel]: 0 outside, 1 inside */
+    int *labels;         /* [subject][voxel]: number from 1 of the nearest label, 0 outside; NULL: the subjects have one label */
+    int label_count;     /* 0: one label */
     float *means, *deviations; /* [subject][voxel]: of the images' patches */
     float *places;       /* the atlas's vertices on the subject that is the template, mm */
     float *correction;   /* weights of the regression, fusion_terms; NULL: not learned */
@@ -43,14 +45,18 @@ bool fusion_register(const struct volume *template, const struct volume *image, 
 void fusion_forward(const struct fusion_map *map, const float *places, size_t count, float *mapped); /* template -> image */
 void fusion_back(const struct fusion_map *map, const float *places, size_t count, float *mapped);
 
+/* Computes the place in the image of a voxel of the template's grid. */
+void fusion_place(const struct fusion_map *map, const struct volume *grid, size_t n, float place[3]);
+
 /* Samples an image at the places of the template's voxels. */
 void fusion_sample(const struct fusion_map *map, const struct volume *grid, const struct volume *image, float *values);
 
 /* Returns the correlation of an image with the template at an offset, before any registration. */
 double fusion_agreement(const struct volume *template, const struct volume *image, const float shift[3]);
 
-/* Scales intensities on the template's grid to mean 0 and deviation 1 in and around the template's own mask. */
-void fusion_normalize(const struct fusion_template *template, float *values);
+/* Scales intensities on the template's grid to mean 0 and deviation 1 in and around the template's own mask. Returns false if memory is
+ * short. */
+bool fusion_normalize(const struct fusion_template *template, float *values);
 
 /* Computes means and deviations of the patches of template->images. Returns false if memory is short. */
 bool fusion_prepare(struct fusion_template *template);
@@ -61,6 +67,7 @@ struct fusion_votes {
     float *voted;    /* the same, weighted */
     float *expected; /* the weighted mean of their images */
     float *target;   /* the image itself, normalized */
+    float *shares;   /* [label][voxel]: weighted share of the subjects that have the label there; NULL: not asked for */
 };
 
 /* Returns the correlation of the image with what the template's subjects expect, where they have the object and around. */
@@ -69,7 +76,8 @@ double fusion_correlation(const struct fusion_template *template, const struct f
 /* Returns the weight of a template's answer: how well the image agrees with what its subjects expect. */
 float fusion_trust(const struct fusion_template *template, const struct fusion_votes *votes);
 
-bool fusion_vote(const struct fusion_template *template, const float *image, const bool *include, struct fusion_votes *votes);
+bool fusion_vote(const struct fusion_template *template, const float *image, const bool *include, bool by_label,
+                 struct fusion_votes *votes);
 void fusion_votes_free(struct fusion_votes *votes);
 
 /* Learns the correction and the level from the subjects with include[s], each one voted on by the others. From fewer than

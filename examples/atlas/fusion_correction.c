@@ -345,7 +345,7 @@ static bool vote_on_each(const struct fusion_template *template, const bool *inc
         if (include[s]) {
             memcpy(others, include, (size_t)template->count * sizeof *others);
             others[s] = false;
-            good = fusion_vote(template, template->images + (size_t)s * voxels, others, &votes[s]);
+            good = fusion_vote(template, template->images + (size_t)s * voxels, others, false, &votes[s]);
             ++*subjects;
         }
     }

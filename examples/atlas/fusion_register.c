@@ -1,6 +1,7 @@
 /* fusion_register.c - maps between a template and an image. */
 #include "atlas/fusion.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "imaging/resample.h"
 
@@ -62,15 +63,32 @@ static void voxel_place(const struct volume *grid, size_t n, float place[3])
     volume_index_to_world(grid, index, place);
 }
 
+void fusion_place(const struct fusion_map *map, const struct volume *grid, size_t n, float place[3])
+{
+    voxel_place(grid, n, place);
+    fusion_forward(map, place, 1, place);
+}
+
+struct sample_loop {
+    const struct fusion_map *map;
+    const struct volume *grid, *image;
+    float *values;
+};
+
+static void run_sample_loop(void *arg, int begin, int end)
+{
+    const struct sample_loop *loop = arg;
+    for (size_t n = (size_t)begin; n < (size_t)end; ++n) {
+        float place[3];
+        fusion_place(loop->map, loop->grid, n, place);
+        loop->values[n] = value_at(loop->image, place);
+    }
+}
+
 void fusion_sample(const struct fusion_map *map, const struct volume *grid, const struct volume *image, float *values)
 {
-    const size_t voxels = volume_voxels(grid);
-    for (size_t n = 0; n < voxels; ++n) {
-        float place[3];
-        voxel_place(grid, n, place);
-        fusion_forward(map, place, 1, place);
-        values[n] = value_at(image, place);
-    }
+    struct sample_loop loop = {map, grid, image, values};
+    threads_for((int)volume_voxels(grid), 1024, run_sample_loop, &loop);
 }
 
 double fusion_agreement(const struct volume *template, const struct volume *image, const float shift[3])
@@ -93,6 +111,7 @@ void fusion_template_free(struct fusion_template *template)
     volume_free(&template->image);
     free(template->images);
     free(template->masks);
+    free(template->labels);
     free(template->means);
     free(template->deviations);
     free(template->places);

@@ -116,6 +116,18 @@ static float *copy_others(const float *rows, size_t length, int count, int left_
     return others;
 }
 
+/* Copies the labels of all subjects but one. */
+static int *copy_labels(const struct fusion_template *from, int left_out)
+{
+    const size_t voxels = volume_voxels(&from->image), before = (size_t)left_out * voxels;
+    int *others = malloc((size_t)(from->count - 1) * voxels * sizeof *others);
+    if (others) {
+        memcpy(others, from->labels, before * sizeof *others);
+        memcpy(others + before, from->labels + before + voxels, ((size_t)from->count * voxels - before - voxels) * sizeof *others);
+    }
+    return others;
+}
+
 static bool copy_template(const struct trial *trial, int t, int left_out, struct fusion_template *copy)
 {
     const struct fusion_template *from = &trial->build.atlas.templates[t];
@@ -124,6 +136,8 @@ static bool copy_template(const struct trial *trial, int t, int left_out, struct
     copy->self = from->self - (left_out < from->self);
     copy->count = from->count - 1;
     copy->vertices = from->vertices;
+    copy->label_count = from->label_count;
+    copy->labels = from->labels ? copy_labels(from, left_out) : NULL;
     copy->level = trial->levels[t][fold];
     copy->images = copy_others(from->images, voxels, from->count, left_out);
     copy->masks = copy_others(from->masks, voxels, from->count, left_out);
@@ -133,7 +147,7 @@ static bool copy_template(const struct trial *trial, int t, int left_out, struct
     if (trial->corrections[t][fold]) {
         copy->correction = copy_others(trial->corrections[t][fold], (size_t)fusion_terms, 1, -1);
     }
-    if (!copy->images || !copy->masks || !copy->means || !copy->deviations || !copy->places
+    if (!copy->images || !copy->masks || !copy->means || !copy->deviations || !copy->places || (from->labels && !copy->labels)
         || (trial->corrections[t][fold] && !copy->correction)) {
         return atlas_no_memory();
     }

@@ -275,7 +275,8 @@ static bool take_surface(struct atlas_segment *run)
     for (int v = 0; run->regions && v < surface.vertex_count; ++v) {
         struct target_hit hit;
         target_nearest(&origin, &identity, surface.correspondences + 3 * v, &hit);
-        run->regions[v] = run->atlas.regions[hit.vertex];
+        const uint32_t voted = atlas_voted_label(run, surface.positions + 3 * v);
+        run->regions[v] = voted != 0 ? voted : run->atlas.regions[hit.vertex];
     }
     good = good && (run->regions || atlas_no_memory()) && carry_vertices(run, &surface);
     run->springls = springls_count(run->ctx);
@@ -539,7 +540,7 @@ bool atlas_segment_image(struct atlas_segment *run)
         atlas_check_size(run);
     }
     run->seconds = elapsed_seconds() - begin;
-    return good && (!set->reference || compare(run));
+    return good && (!set->reference || compare(run)) && atlas_measure_parts(run);
 }
 
 bool atlas_segment_run(struct atlas_segment *run)
@@ -557,6 +558,7 @@ void atlas_segment_free(struct atlas_segment *run)
     for (int t = 0; t < FUSION_MAX_TEMPLATES; ++t) {
         registration_free(&run->maps[t].registration);
         free(run->probabilities[t]);
+        free(run->shares[t]);
     }
     atlas_mesh_free(&run->truth);
     atlas_free(&run->atlas);

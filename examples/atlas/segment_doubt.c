@@ -42,7 +42,7 @@ static bool agreement_of(const struct atlas_segment *run, const struct fusion_te
                          double *agreement)
 {
     struct fusion_map map;
-    struct fusion_votes votes = {NULL, NULL, NULL, NULL};
+    struct fusion_votes votes = {.mean = NULL};
     bool all[ATLAS_MAX_SUBJECTS];
     float shift[3], *seen = malloc(volume_voxels(&template->image) * sizeof *seen);
     char error[VOLUME_TEXT];
@@ -55,7 +55,7 @@ static bool agreement_of(const struct atlas_segment *run, const struct fusion_te
         good = atlas_fail("%s: %s", run->settings.image, error);
     } else if (good) {
         fusion_sample(&map, &template->image, changed, seen);
-        good = fusion_vote(template, seen, all, &votes) || atlas_no_memory();
+        good = fusion_vote(template, seen, all, false, &votes) || atlas_no_memory();
         *agreement = good ? fusion_correlation(template, &votes) : 0.0;
         fusion_votes_free(&votes);
         registration_free(&map.registration);

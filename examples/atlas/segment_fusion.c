@@ -44,11 +44,11 @@ void atlas_choose_shift(const struct atlas_segment *run, const struct volume *im
 
 /* Lets the subjects vote at the template's places in the image, and corrects the votes. */
 static bool vote(const struct atlas_segment *run, const struct fusion_template *template, const struct fusion_map *map,
-                 float *probability, float *trust, double *agreement)
+                 float *probability, float *shares, float *trust, double *agreement)
 {
     const size_t voxels = volume_voxels(&template->image);
     bool all[ATLAS_MAX_SUBJECTS];
-    struct fusion_votes votes = {NULL, NULL, NULL, NULL};
+    struct fusion_votes votes = {.mean = NULL};
     float *image = malloc(voxels * sizeof *image);
     for (int s = 0; s < template->count; ++s) {
         all[s] = true;
@@ -56,9 +56,12 @@ static bool vote(const struct atlas_segment *run, const struct fusion_template *
     if (image) {
         fusion_sample(map, &template->image, &run->image, image);
     }
-    const bool good = image && fusion_vote(template, image, all, &votes) && fusion_correct(template, &votes, probability);
+    const bool good = image && fusion_vote(template, image, all, true, &votes) && fusion_correct(template, &votes, probability);
     *trust = good ? fusion_trust(template, &votes) : 0.0f;
     *agreement = good ? fusion_correlation(template, &votes) : 0.0;
+    if (good && shares) {
+        memcpy(shares, votes.shares, (size_t)template->label_count * voxels * sizeof *shares);
+    }
     fusion_votes_free(&votes);
     free(image);
     return good || atlas_no_memory();
@@ -74,10 +77,12 @@ static bool ask_template(struct atlas_segment *run, int t, float *places, double
     if (!fusion_register(&template->image, &run->image, shift, &run->maps[t], error)) {
         return atlas_fail("%s: %s", run->settings.image, error);
     }
-    run->probabilities[t] = malloc(volume_voxels(&template->image) * sizeof *run->probabilities[t]);
+    const size_t voxels = volume_voxels(&template->image), labels = (size_t)template->label_count;
+    run->probabilities[t] = malloc(voxels * sizeof *run->probabilities[t]);
+    run->shares[t] = labels > 0 ? malloc(labels * voxels * sizeof *run->shares[t]) : NULL;
     fusion_forward(&run->maps[t], template->places, (size_t)template->vertices, places);
-    return (run->probabilities[t] || atlas_no_memory())
-        && vote(run, template, &run->maps[t], run->probabilities[t], &run->trust[t], agreement);
+    return ((run->probabilities[t] && (run->shares[t] || labels == 0)) || atlas_no_memory())
+        && vote(run, template, &run->maps[t], run->probabilities[t], run->shares[t], &run->trust[t], agreement);
 }
 
 bool atlas_fuse(struct atlas_segment *run, float *shape)

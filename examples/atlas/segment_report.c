@@ -44,6 +44,15 @@ static void print_summary(const struct atlas_segment *run)
         }
         putchar('\n');
     }
+    for (int l = 0; l < run->part_count; ++l) {
+        const struct atlas_part *part = &run->parts[l];
+        printf("label %lu: %.4g ml, Dice of the subjects %.3f +- %.3f", (unsigned long)part->label, part->volume,
+               run->confidence.label_dice[l], run->confidence.label_deviation[l]);
+        if (!isnan(part->dice)) {
+            printf("; Dice %.4f", part->dice);
+        }
+        putchar('\n');
+    }
     printf("volume %.4g ml; %s after %d steps, %d springls\n", 1e-3 * run->confidence.volume,
            run->at_rest ? "springls at rest" : "step limit reached", run->steps, run->springls);
 }
@@ -114,6 +123,17 @@ static bool report(const struct atlas_segment *run, const char *path)
         report_stage(&json, "without_atlas", &run->without);
     }
     report_confidence(&json, &run->confidence);
+    json_array_begin(&json, "labels");
+    for (int l = 0; l < run->part_count; ++l) {
+        json_object_begin(&json, NULL);
+        json_integer(&json, "label", (int64_t)run->parts[l].label);
+        json_number(&json, "volume_ml", run->parts[l].volume);
+        json_number(&json, "dice", run->parts[l].dice);
+        json_number(&json, "subjects_dice", run->confidence.label_dice[l]);
+        json_number(&json, "subjects_dice_deviation", run->confidence.label_deviation[l]);
+        json_object_end(&json);
+    }
+    json_array_end(&json);
     json_number(&json, "seconds", run->seconds);
     json_string(&json, "backend", run_backend_name(run->backend));
     json_integer(&json, "threads", threads_count());
@@ -139,7 +159,7 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
     }
     for (int s = 0; good && s < count; ++s) {
         const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
-        const int *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
+        const uint32_t *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
         float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
         if (colors && regions) {
             colors_by_region(regions, mesh->vertex_count, colors);
@@ -153,38 +173,15 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
     return good && (pictures_write(pictures, captions, count, count, path) || cli_write_failed("atlas", path));
 }
 
-/* Writes for every voxel inside the region of the nearest place of the result's surface. */
-static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, const char *folder)
+static bool write_labels(const struct atlas_segment *run, const char *folder)
 {
-    const struct volume *image = &run->image;
-    const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 1];
-    const struct similarity identity = similarity_identity();
-    const size_t voxels = volume_voxels(image);
-    struct target target;
     char path[1024], error[VOLUME_TEXT];
-    int16_t *labels = calloc(voxels, sizeof *labels);
-    if (!labels ||
-        !target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
-        free(labels);
-        return atlas_no_memory();
-    }
-    for (size_t n = 0; n < voxels; ++n) {
-        if (mask[n]) {
-            int at[3];
-            volume_place(image->dims, n, at);
-            const float index[3] = {(float)at[0], (float)at[1], (float)at[2]};
-            float place[3];
-            struct target_hit hit;
-            volume_index_to_world(image, index, place);
-            target_nearest(&target, &identity, place, &hit);
-            labels[n] = (int16_t)(run->regions[hit.vertex] > 0 ? run->regions[hit.vertex] : 1);
-        }
-    }
-    target_free(&target);
+    uint32_t *labels = malloc(volume_voxels(&run->image) * sizeof *labels);
     run_path(folder, "labels.nii.gz", path, sizeof path);
-    const bool good = volume_write(path, image, VOLUME_INT16, labels, error);
+    const bool good = (labels || atlas_no_memory()) && atlas_segment_labels(run, &run->image, labels)
+                   && (volume_write_labels(path, &run->image, labels, error) || atlas_fail("%s", error));
     free(labels);
-    return good || atlas_fail("%s", error);
+    return good;
 }
 
 /* Draws contours of masks where the interpolated mask is one half. */
@@ -228,7 +225,7 @@ static bool write_volumes(const struct atlas_segment *run, const char *folder)
             masks[(size_t)s * voxels + n] = -(float)mask[n];
         }
     }
-    good = good && write_labels(run, mask, folder) && draw_slices(run, masks, masks + voxels, folder);
+    good = good && write_labels(run, folder) && draw_slices(run, masks, masks + voxels, folder);
     free(mask);
     free(masks);
     return good;

@@ -303,8 +303,9 @@ static bool mask_surface(const struct volume *labels, const char *name, struct s
     return good && (mesh->triangle_count > 0 || atlas_fail("%s: no part has a hundredth of the volume", name));
 }
 
-int atlas_label_at(const struct volume *labels, const float place[3])
+uint32_t atlas_label_at(const struct atlas_subject *subject, const float place[3])
 {
+    const struct volume *labels = &subject->labels;
     float index[3];
     int at[3];
     volume_world_to_index(labels, place, index);
@@ -314,8 +315,9 @@ int atlas_label_at(const struct volume *labels, const float place[3])
             return 0;
         }
     }
-    return (int)lrintf(
-        labels->data[(size_t)at[0] + (size_t)labels->dims[0] * ((size_t)at[1] + (size_t)labels->dims[1] * (size_t)at[2])]);
+    const size_t n = (size_t)at[0] + (size_t)labels->dims[0] * ((size_t)at[1] + (size_t)labels->dims[1] * (size_t)at[2]);
+    const long label = lrintf(labels->data[n]);
+    return label > 0 && subject->label_ids ? subject->label_ids[label - 1] : (uint32_t)label;
 }
 
 /* ---- mirror images ---- */
@@ -343,10 +345,55 @@ static void mirror_mesh(struct shape_mesh *mesh, float about)
     }
 }
 
-/* Reads a label map. With labels that a float does not hold, those that are wanted become 1, 2, ..., in `numbers` too, and others 0. */
-static bool read_map(const char *path, const int *labels, int count, struct volume *all, int numbers[ATLAS_MAX_LABELS])
+/* Adds an id to an increasing list; returns false if memory is short. */
+static bool add_id(uint32_t id, uint32_t **ids, size_t *count)
+{
+    size_t at = *count;
+    while (at > 0 && (*ids)[at - 1] > id) {
+        --at;
+    }
+    if (at > 0 && (*ids)[at - 1] == id) {
+        return true;
+    }
+    uint32_t *more = realloc(*ids, (*count + 1) * sizeof *more);
+    if (!more) {
+        return false;
+    }
+    memmove(more + at + 1, more + at, (*count - at) * sizeof *more);
+    more[at] = id;
+    *ids = more;
+    ++*count;
+    return true;
+}
+
+/* Replaces the values of a label map, of which a float does not hold all, by places from 1 in the list of its ids. */
+static bool number_labels(struct volume *all, uint32_t **ids, size_t *count)
+{
+    uint32_t last = 0;
+    int number = 0;
+    for (size_t n = 0; n < volume_voxels(all); ++n) {
+        if (all->ids[n] != 0 && all->ids[n] != last && !add_id(last = all->ids[n], ids, count)) {
+            return atlas_no_memory();
+        }
+    }
+    last = 0;
+    for (size_t n = 0; n < volume_voxels(all); ++n) {
+        if (all->ids[n] != last) {
+            last = all->ids[n];
+            for (number = 0; last != 0 && (*ids)[number++] != last;) {
+            }
+        }
+        all->data[n] = (float)number;
+    }
+    return true;
+}
+
+/* Reads a label map. Where a float does not hold all its labels, voxels and `numbers`, of the labels wanted, are places from 1 in *ids. */
+static bool read_map(const char *path, const int *labels, int count, struct volume *all, int numbers[ATLAS_MAX_LABELS], uint32_t **ids)
 {
     char error[VOLUME_TEXT];
+    size_t id_count = 0;
+    *ids = NULL;
     if (!volume_read_companion(path, -1, all, error)) {
         return atlas_fail("%s", error);
     }
@@ -356,15 +403,15 @@ static bool read_map(const char *path, const int *labels, int count, struct volu
     if (!all->ids || all->maximum <= 16777216.0f) {
         return volume_check_labels(all, path, error) || atlas_fail("%s", error);
     }
-    for (size_t n = 0; n < volume_voxels(all); ++n) {
-        int number = count == 0 && all->ids[n] != 0 ? 1 : 0;
-        for (int l = 0; l < count; ++l) {
-            number = all->ids[n] == (uint32_t)labels[l] ? l + 1 : number;
-        }
-        all->data[n] = (float)number;
+    if (!number_labels(all, ids, &id_count)) {
+        return false;
     }
     for (int l = 0; l < count; ++l) {
-        numbers[l] = l + 1;
+        numbers[l] = 0;
+        for (size_t i = 0; i < id_count; ++i) {
+            numbers[l] = (*ids)[i] == (uint32_t)labels[l] ? (int)i + 1 : numbers[l];
+        }
+        numbers[l] = numbers[l] == 0 ? -1 : numbers[l]; /* no voxel has it */
     }
     return true;
 }
@@ -373,8 +420,10 @@ bool atlas_label_surface(const char *path, const int *labels, int count, const c
                          struct shape_mesh *mesh) {
     struct volume all;
     int numbers[ATLAS_MAX_LABELS];
-    const bool good = read_map(path, labels, count, &all, numbers) && crop_labels(&all, numbers, count, name, part)
+    uint32_t *ids;
+    const bool good = read_map(path, labels, count, &all, numbers, &ids) && crop_labels(&all, numbers, count, name, part)
         && mask_surface(part, name, mesh);
+    free(ids);
     volume_free(&all);
     return good;
 }
@@ -463,7 +512,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
 {
     struct volume all;
     int numbers[ATLAS_MAX_LABELS];
-    if (!read_map(path, labels, count, &all, numbers)) {
+    if (!read_map(path, labels, count, &all, numbers, &subject->label_ids)) {
         volume_free(&all);
         return false;
     }
@@ -548,6 +597,7 @@ void atlas_subject_free(struct atlas_subject *subject)
     atlas_mesh_free(&subject->mesh);
     volume_free(&subject->labels);
     volume_free(&subject->image);
+    free(subject->label_ids);
     free(subject->landmarks);
     free(subject->shape);
     free(subject->particles);

@@ -81,6 +81,50 @@ static bool sample_mask(const struct fusion_map *map, const struct volume *grid,
     return true;
 }
 
+/* Returns the number from 1 of a label in the atlas's list, 0: it is not there. */
+static int number_of(const struct atlas *atlas, int count, uint32_t label)
+{
+    for (int l = 0; l < count; ++l) {
+        if (atlas->label_ids[l] == label) {
+            return l + 1;
+        }
+    }
+    return 0;
+}
+
+/* Lists the labels of the subjects' maps. Returns how many; 0 where there is only one, or more than vote. */
+static int list_labels(struct atlas_build *build)
+{
+    struct atlas *atlas = &build->atlas;
+    int count = 0;
+    for (int s = 0; s < build->settings.count; ++s) {
+        const struct atlas_subject *subject = &build->subjects[s];
+        for (size_t n = 0; n < volume_voxels(&subject->labels); ++n) {
+            const uint32_t value = (uint32_t)subject->labels.data[n];
+            const uint32_t label = value > 0 && subject->label_ids ? subject->label_ids[value - 1] : value;
+            if (label != 0 && number_of(atlas, count, label) == 0) {
+                if (count == FUSION_MAX_LABELS) {
+                    return 0;
+                }
+                atlas->label_ids[count++] = label;
+            }
+        }
+    }
+    return count > 1 ? count : 0;
+}
+
+/* Takes the labels of a subject's map that are nearest to the places of the template's voxels. */
+static void take_labels(const struct atlas_build *build, const struct fusion_map *map, int s, struct fusion_template *template)
+{
+    const size_t voxels = volume_voxels(&template->image);
+    for (size_t n = 0; n < voxels; ++n) {
+        float place[3];
+        fusion_place(map, &template->image, n, place);
+        template->labels[(size_t)s * voxels + n] =
+            number_of(&build->atlas, template->label_count, atlas_label_at(&build->subjects[s], place));
+    }
+}
+
 static bool add_subject(const struct atlas_build *build, int s, struct fusion_template *template)
 {
     const struct atlas_subject *self = &build->subjects[template->self], *subject = &build->subjects[s];
@@ -96,11 +140,14 @@ static bool add_subject(const struct atlas_build *build, int s, struct fusion_te
     }
     fusion_sample(&map, &template->image, &subject->image, template->images + (size_t)s * voxels);
     const bool good = sample_mask(&map, &template->image, &subject->labels, template->masks + (size_t)s * voxels);
+    if (template->labels) {
+        take_labels(build, &map, s, template);
+    }
     registration_free(&map.registration);
     return good;
 }
 
-static bool make_template(const struct atlas_build *build, int self, struct fusion_template *template)
+static bool make_template(const struct atlas_build *build, int self, int labels, struct fusion_template *template)
 {
     const size_t count = (size_t)build->settings.count, vertices = (size_t)build->atlas.mean.vertex_count;
     template->self = self;
@@ -114,7 +161,9 @@ static bool make_template(const struct atlas_build *build, int self, struct fusi
     template->images = malloc(count * voxels * sizeof *template->images);
     template->masks = malloc(count * voxels * sizeof *template->masks);
     template->places = malloc(3 * vertices * sizeof *template->places);
-    if (!template->images || !template->masks || !template->places) {
+    template->label_count = labels;
+    template->labels = labels > 0 ? malloc(count * voxels * sizeof *template->labels) : NULL;
+    if (!template->images || !template->masks || !template->places || (labels > 0 && !template->labels)) {
         return atlas_no_memory();
     }
     memcpy(template->places, build->subjects[self].shape, 3 * vertices * sizeof *template->places);
@@ -131,7 +180,7 @@ static bool fill_template(const struct atlas_build *build, struct fusion_templat
         progress_update(bar, (size_t)(before + s + 1), build->settings.names[s]);
     }
     for (int s = 0; good && s < template->count; ++s) {
-        fusion_normalize(template, template->images + (size_t)s * voxels);
+        good = fusion_normalize(template, template->images + (size_t)s * voxels) || atlas_no_memory();
     }
     return good && (fusion_prepare(template) || atlas_no_memory());
 }
@@ -147,10 +196,11 @@ bool atlas_templates_make(struct atlas_build *build)
         return true;
     }
     atlas_templates_choose(build, set->templates, chosen);
+    const int labels = list_labels(build);
     progress_begin(&bar, "registration", (size_t)(set->templates * set->count), !cli_may_print(&set->common));
     for (int t = 0; good && t < set->templates; ++t) {
         atlas->template_count = t + 1;
-        good = make_template(build, chosen[t], &atlas->templates[t])
+        good = make_template(build, chosen[t], labels, &atlas->templates[t])
             && fill_template(build, &atlas->templates[t], &bar, t * set->count);
     }
     progress_end(&bar);

@@ -1,6 +1,7 @@
 /* cut.c - a start from a graph cut between seeds (--cut). */
 #include "segment/segment.h"
 
+#include "base/progress.h"
 #include "imaging/max_flow.h"
 #include "imaging/resample.h"
 #include "imaging/seed_cut.h"
@@ -11,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const size_t most_voxels = 4000000; /* of a cut: some 400 bytes each */
+static const size_t most_voxels = 4000000; /* of a cut */
+static const double voxel_bytes = 400.0;   /* nodes and edges of libmaxflow, ways, queues: measured on 0.5 to 4 million voxels */
 
 const char *segment_cut_lacks(void)
 {
@@ -39,9 +41,6 @@ static bool sample_image(struct segment *run, struct volume *grid)
         memcpy(blurred, image->data, run->voxels * sizeof *blurred);
         good = own || segment_blur(image, side, blurred);
         resample_volume(image, blurred, NULL, grid, grid->data, NULL);
-    }
-    if (good && !own && cli_may_print(&run->settings.common)) {
-        printf("note: the graph cut has voxels of %.3g mm, for memory; the springls have their own\n", (double)side);
     }
     grid->minimum = image->minimum;
     grid->maximum = image->maximum;
@@ -136,10 +135,23 @@ static bool mark(const struct segment *run, const struct volume *grid, uint8_t *
     return good && seeds_agree(run, grid) && both_kinds(run, grid, marks, radius);
 }
 
+/* Says what the cut takes before it begins, and refuses it where memory does not suffice. */
+static bool fits_in_memory(const struct segment *run)
+{
+    const bool own = volume_voxels(&run->image) <= most_voxels;
+    const double voxels = own ? (double)run->voxels : (double)most_voxels, needed = voxels * voxel_bytes / (1024.0 * 1024.0);
+    const double there_is = free_memory_mib();
+    if (!own && cli_may_print(&run->settings.common)) {
+        printf("note: the graph cut has voxels of %.3g mm, for memory; the springls have their own\n", (double)segment_cut_side(&run->image));
+    }
+    return there_is <= 0.0 || needed <= there_is
+        || segment_fail("--cut takes about %.0f MiB for this image, and %.0f are free: cut a part of the image out", needed, there_is);
+}
+
 bool segment_cut(struct segment *run, struct volume *start)
 {
     memset(start, 0, sizeof *start);
-    if (!sample_image(run, start)) {
+    if (!fits_in_memory(run) || !sample_image(run, start)) {
         return false;
     }
     const size_t voxels = volume_voxels(start);

@@ -44,7 +44,7 @@ static bool take_frame(struct segment *run)
     } else {
         snprintf(caption, sizeof caption, "step %d, voxels of %.3g mm", run->result->steps, (double)run->grid.spacing[0]);
     }
-    return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
+    return model_frame_take_plain(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
 }
 
 bool segment_take_surface(struct segment *run)

@@ -162,6 +162,7 @@ static const char *read_seeds(const char *text, float seeds[SEGMENT_MAX_SEEDS][3
 static void choose_forces(struct segment_settings *set)
 {
     const bool by_region = set->cut && isnan(set->pressure) && isnan(set->level) && !set->window_text && isnan(set->region);
+    set->refines_by_region = by_region;
     set->pressure = !isnan(set->pressure) ? set->pressure : by_region ? 0.0 : 1.0;
     set->region = !isnan(set->region) ? set->region : by_region ? 1.0 : 0.0;
 }
@@ -178,6 +179,10 @@ static int check_usage(struct segment_settings *set)
         ;
     } else if (set->cut && (wrong = segment_cut_lacks()) != NULL) {
         ;
+    } else if (set->refines_by_region && (set->dark || set->ramp > 0.0 || set->solid)) {
+        wrong = set->dark   ? "--dark has no effect with --cut and no --level: a region force refines the cut, and knows no level"
+              : set->solid  ? "--solid has no effect with --cut and no --level or --window: a region force refines the cut, without pressure"
+                            : "--ramp has no effect with --cut and no --level or --window: a region force refines the cut, without pressure";
     } else if (strcmp(set->init, "mask") == 0 && !set->mask) {
         wrong = "--init mask wants --mask FILE";
     } else if (strcmp(set->init, "mesh") == 0 && !set->init_mesh) {

@@ -108,10 +108,10 @@ SHARED bool make_atlas(struct atlas *atlas)
     atlas->model.modes = 2;
     atlas->model.mode = malloc(2 * sizeof points);
     atlas->model.deviation = malloc(2 * sizeof(double));
-    atlas->regions = malloc(BALL * sizeof(int));
+    atlas->regions = malloc(BALL * sizeof *atlas->regions);
     if (!atlas->model.mode || !atlas->model.deviation || !atlas->regions) return false;
     for (int i = 0; i < 6 * BALL; ++i) atlas->model.mode[i] = 0.001f * (float)i;
-    for (int v = 0; v < BALL; ++v) atlas->regions[v] = v % 3;
+    for (int v = 0; v < BALL; ++v) atlas->regions[v] = (uint32_t)v % 3u;
     atlas->model.deviation[0] = 2.5, atlas->model.deviation[1] = 0.5;
     atlas->oriented = true;
     atlas->voxel = 0.25;

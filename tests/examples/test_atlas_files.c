@@ -177,8 +177,8 @@ TEST mirrored_subjects_lie_on_the_other_side(void)
     ASSERT(atlas_subject_read(names[0], NULL, NULL, true, &mirrored));
     ASSERT_IN_RANGE(3.0, plain.target.center[0], 0.1);
     ASSERT_IN_RANGE(2.0 * (double)middle - 3.0, mirrored.target.center[0], 0.1);
-    ASSERT_EQ(1, atlas_label_at(&plain.labels, (const float[3]){center[0] - 4.0f, center[1], center[2]}));
-    ASSERT_EQ(1, atlas_label_at(&mirrored.labels, (const float[3]){2.0f * middle - center[0] + 4.0f, center[1], center[2]}));
+    ASSERT_EQ(1, atlas_label_at(&plain, (const float[3]){center[0] - 4.0f, center[1], center[2]}));
+    ASSERT_EQ(1, atlas_label_at(&mirrored, (const float[3]){2.0f * middle - center[0] + 4.0f, center[1], center[2]}));
     struct target_hit hit; /* outward is outward still */
     const struct similarity identity = similarity_identity();
     target_nearest(&mirrored.target, &identity, (const float[3]){2.0f * middle - center[0], center[1], center[2]}, &hit);

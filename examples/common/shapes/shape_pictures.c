@@ -99,10 +99,10 @@ void colors_by_offset(const struct shape_mesh *from, const float *to, float full
     }
 }
 
-void colors_by_region(const int *regions, int vertices, float *colors)
+void colors_by_region(const uint32_t *regions, int vertices, float *colors)
 {
     for (int v = 0; v < vertices; ++v) {
-        const struct color c = regions[v] > 0 ? color_category(regions[v] - 1) : color_rgb(0.78f, 0.76f, 0.72f);
+        const struct color c = regions[v] > 0 ? color_category((int)((regions[v] - 1) % 64)) : color_rgb(0.78f, 0.76f, 0.72f);
         colors[3 * v] = c.r;
         colors[3 * v + 1] = c.g;
         colors[3 * v + 2] = c.b;

@@ -18,7 +18,7 @@ void shape_view_include(struct shape_view *view, const float *shape, int vertice
 
 /* Compute colors, 3 floats a vertex. */
 void colors_by_offset(const struct shape_mesh *from, const float *to, float full, float *colors); /* outward red, inward blue */
-void colors_by_region(const int *regions, int vertices, float *colors);
+void colors_by_region(const uint32_t *regions, int vertices, float *colors);
 
 /* Draws a shape, gray when colors and originals are NULL. */
 bool shape_picture(const struct shape_mesh *mesh, const float *shape, const float *colors, const float *originals,

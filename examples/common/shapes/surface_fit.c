@@ -315,21 +315,36 @@ static struct constraint isotropic_constraint(const double displacement[3], doub
     return constraint;
 }
 
-/* Fills the lower half of the symmetric matrix K + covariance, n x n for 3 rows a center. */
-static void fill_matrix(const struct warp *warp, const struct constraint *constraints, size_t n, double *matrix)
+struct matrix_loop {
+    const struct warp *warp;
+    const struct constraint *constraints;
+    size_t n;
+    double *matrix;
+};
+
+static void run_matrix_loop(void *arg, int begin, int end)
 {
+    const struct matrix_loop *loop = arg;
+    const struct warp *warp = loop->warp;
     double gradient[3];
-    for (int a = 0; a < warp->count; ++a) {
+    for (int a = begin; a < end; ++a) {
         for (int r = 0; r < 3; ++r) {
-            double *row = matrix + (size_t)(3 * a + r) * n;
+            double *row = loop->matrix + (size_t)(3 * a + r) * loop->n;
             for (int b = 0; b <= a; ++b) {
                 row[3 * b + r] = kernel(warp, warp->centers + 3 * a, b, gradient);
             }
             for (int c = 0; c <= r; ++c) {
-                row[3 * a + c] += constraints[a].covariance[r][c];
+                row[3 * a + c] += loop->constraints[a].covariance[r][c];
             }
         }
     }
+}
+
+/* Fills the lower half of the symmetric matrix K + covariance, n x n for 3 rows a center. */
+static void fill_matrix(const struct warp *warp, const struct constraint *constraints, size_t n, double *matrix)
+{
+    struct matrix_loop loop = {warp, constraints, n, matrix};
+    threads_for(warp->count, 8, run_matrix_loop, &loop);
 }
 
 /* Sets the warp's noise to one under which the constraints are more probable, by a step of MacKay's fixed-point iteration (1992):

@@ -27,22 +27,59 @@ bool model_frame_take(springls_context *ctx, const char *caption, struct model_f
            && springls_extract_soup(ctx, &frame->soup) == SPRINGLS_OK;
 }
 
+/* Returns true if the map from voxels to the world turns a triangle's sides around. */
+static bool mirrors(const springls_context *ctx)
+{
+    const float voxels[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    float world[12], x[3], y[3], z[3], across[3];
+    springls_to_world(ctx, voxels, 4, world);
+    vec3_sub(world + 3, world, x);
+    vec3_sub(world + 6, world, y);
+    vec3_sub(world + 9, world, z);
+    vec3_cross(x, y, across);
+    return vec3_dot(across, z) < 0.0f;
+}
+
+bool model_frame_take_plain(springls_context *ctx, const char *caption, struct model_frame *frame)
+{
+    const springls_view view = springls_view_vertices(ctx);
+    const int second = mirrors(ctx) ? 6 : 3; /* where the second corner goes */
+    memset(frame, 0, sizeof *frame);
+    snprintf(frame->caption, sizeof frame->caption, "%s", caption);
+    frame->corners = malloc(((size_t)view.count * 9 + 1) * sizeof *frame->corners);
+    for (int i = 0; frame->corners && i < view.count; ++i) {
+        float corners[9], *to = frame->corners + 9 * (size_t)i;
+        springls_to_world(ctx, (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride), 3, corners);
+        memcpy(to, corners, 3 * sizeof *to);
+        memcpy(to + second, corners + 3, 3 * sizeof *to);
+        memcpy(to + 9 - second, corners + 6, 3 * sizeof *to);
+    }
+    frame->corner_count = view.count;
+    return frame->corners && springls_extract_mesh(ctx, &frame->surface) == SPRINGLS_OK;
+}
+
 void model_frame_free(springls_context *ctx, struct model_frame *frame)
 {
+    free(frame->corners);
+    frame->corners = NULL;
     springls_mesh_free(ctx, &frame->surface);
     springls_mesh_free(ctx, &frame->soup);
+}
+
+static const float *frame_corners(const struct model_frame *frame) { return frame->corners ? frame->corners : frame->soup.positions; }
+
+static size_t frame_springls(const struct model_frame *frame)
+{
+    return (size_t)(frame->corners ? frame->corner_count : frame->soup.triangle_count);
 }
 
 static int view_width(const struct model_view *view) { return view->width > 0 ? view->width : 420; }
 static int view_height(const struct model_view *view) { return view->height > 0 ? view->height : view_width(view); }
 
-static struct raycast_scene scene_of(const springls_mesh *mesh, const struct raycast_camera *camera)
+static struct raycast_scene make_scene(const struct raycast_camera *camera)
 {
     struct raycast_scene scene;
     memset(&scene, 0, sizeof scene);
-    scene.positions = mesh->positions;
-    scene.vertex_count = (size_t)mesh->vertex_count;
-    scene.triangle_count = (size_t)mesh->triangle_count;
     scene.base_color = color_rgb(0.78f, 0.76f, 0.72f);
     scene.background_top = scene.background_bottom = color_rgb(1.0f, 1.0f, 1.0f);
     scene.camera = *camera;
@@ -52,8 +89,11 @@ static struct raycast_scene scene_of(const springls_mesh *mesh, const struct ray
 static bool render_surface(const springls_mesh *mesh, const struct raycast_camera *camera, struct pattern *pattern,
                            const struct model_view *view, struct image *picture)
 {
-    struct raycast_scene scene = scene_of(mesh, camera);
+    struct raycast_scene scene = make_scene(camera);
     uint32_t *indices = unsigned_indices(mesh);
+    scene.positions = mesh->positions;
+    scene.vertex_count = (size_t)mesh->vertex_count;
+    scene.triangle_count = (size_t)mesh->triangle_count;
     scene.indices = indices;
     scene.normals = mesh->normals;
     scene.style = RAYCAST_SMOOTH;
@@ -74,15 +114,16 @@ struct patchwork {
 };
 
 /* Adds springls whose outer side faces the eye: the inner sides of the far ones would clutter the gaps. */
-static void add_springls(struct patchwork *work, const springls_mesh *soup, const float eye[3], struct pattern *pattern,
+static void add_springls(struct patchwork *work, const struct model_frame *frame, const float eye[3], struct pattern *pattern,
                          struct color plain)
 {
-    for (size_t t = 0; t < (size_t)soup->triangle_count; ++t) {
-        const float *corners = soup->positions + 9 * t, *normal = soup->normals + 9 * t;
-        float to_eye[3];
+    for (size_t t = 0; t < frame_springls(frame); ++t) {
+        const float *corners = frame_corners(frame) + 9 * t;
+        float to_eye[3], normal[3];
+        vec3_triangle_normal(corners, normal);
         vec3_sub(eye, corners, to_eye);
         if (vec3_dot(to_eye, normal) > 0.0f) {
-            const struct color c = pattern ? pattern_color(pattern, soup->correspondences + 9 * t) : plain;
+            const struct color c = pattern ? pattern_color(pattern, frame->soup.correspondences + 9 * t) : plain;
             const float rgb[3] = {c.r, c.g, c.b};
             memcpy(work->positions + 9 * work->count, corners, 9 * sizeof *corners);
             memcpy(work->colors + 3 * work->count++, rgb, sizeof rgb);
@@ -118,14 +159,14 @@ static float mean_edge(const springls_mesh *mesh)
 static bool render_springls(const struct model_frame *frame, const struct raycast_camera *camera, struct pattern *pattern,
                             const struct model_view *view, struct image *picture)
 {
-    const size_t capacity = (size_t)frame->soup.triangle_count + (size_t)frame->surface.triangle_count;
-    struct raycast_scene scene = scene_of(&frame->soup, camera);
+    const size_t capacity = frame_springls(frame) + (size_t)frame->surface.triangle_count;
+    struct raycast_scene scene = make_scene(camera);
     struct patchwork work = {malloc((capacity + 1) * 12 * sizeof *work.positions), NULL, 0, 0};
     if (!work.positions) {
         return false;
     }
     work.colors = work.positions + 9 * capacity;
-    add_springls(&work, &frame->soup, camera->eye, pattern, scene.base_color);
+    add_springls(&work, frame, camera->eye, pattern, scene.base_color);
     if (view->over_surface) {
         add_surface(&work, &frame->surface, 0.3f * mean_edge(&frame->surface), color_rgb(0.52f, 0.60f, 0.74f));
     }
@@ -281,7 +322,7 @@ bool model_portrait_write(const struct model_frame *frame, const struct model_vi
         close.field_of_view /= zoom;
         mark_square(&camera, point, zoom, &pictures[0]);
         snprintf(captions[0], sizeof captions[0], "zero level, %d triangles", frame->surface.triangle_count);
-        snprintf(captions[1], sizeof captions[1], "springls, %d in all", frame->soup.triangle_count);
+        snprintf(captions[1], sizeof captions[1], "springls, %zu in all", frame_springls(frame));
         good = render_springls(frame, &close, colors, view, &pictures[1])
                && image_strip(pictures, list, 2, 2, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);
     }

@@ -9,10 +9,14 @@
 /* A copy of the model at one time. Call model_frame_free before the context is destroyed. */
 struct model_frame {
     springls_mesh surface, soup;
+    float *corners;   /* of the springls, 9 each, counter-clockwise seen from outside; NULL: the soup has them */
+    int corner_count; /* springls that they are of */
     char caption[48];
 };
 
 bool model_frame_take(springls_context *ctx, const char *caption, struct model_frame *frame);
+/* Takes a frame for views that are not by correspondence: finding the places of all corners takes longer than all pictures. */
+bool model_frame_take_plain(springls_context *ctx, const char *caption, struct model_frame *frame);
 void model_frame_free(springls_context *ctx, struct model_frame *frame);
 
 struct model_view {
