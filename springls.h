@@ -51648,9 +51648,16 @@ SPRINGLS__FN float springls__touching(const springls__sheets_job *job, int other
     return springls__film_is_valid(film, thickness) ? thickness : SPRINGLS__FILM_REFUSED;
 }
 
+/* Returns whether walls move by surface tension, or to hold volumes. */
+SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
+{
+    return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
+}
+
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
-     lies in its place, or where by phi a third body is in front, which has come between (a T1 change).
+     lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
+     a flow that thins bodies phi knows less than springls do.
    - From label 0 it turns to a body that it touches. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
@@ -51658,6 +51665,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     const int own = job->own;
     const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
                        && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    const bool films = job->desc && springls__has_films(job->desc);
     float d = 0.0f, touching;
     int other;
     if (there && faced > 0) return faced;
@@ -51667,7 +51675,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     else if (touching < 0.0f) *gap = touching;
     else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
-    else if (own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
+    else if (films && own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
     else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
@@ -53667,12 +53675,6 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
     ask.width = width;
     for (first = 0; first < given->count; first += SPRINGLS__TILING_BLOCK)
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
-}
-
-/* Returns whether walls move by surface tension, or to hold volumes. */
-SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
-{
-    return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
 }
 
 /* Returns whether anything may move a tiling that is at rest. */

@@ -60,12 +60,6 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Returns whether walls move by surface tension, or to hold volumes. */
-SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
-{
-    return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
-}
-
 /* Returns whether anything may move a tiling that is at rest. */
 SPRINGLS__FN bool springls__has_forces(const springls_tiling_step_desc *desc)
 {
