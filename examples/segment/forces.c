@@ -42,6 +42,10 @@ bool segment_forces_enter(struct segment *run, float side)
     if (set->solid && !segment_pressure_solid(&run->image, side, &run->pressure)) {
         return segment_no_memory();
     }
+    if (set->region <= 0.0 && set->edge <= 0.0) { /* nothing else asks for intensities */
+        free(run->blurred);
+        run->blurred = NULL;
+    }
     if (set->gvf > 0.0 && !gvf_compute(&run->pressure, set->gvf_halvings, gvf_mu, side, &run->flow)) {
         return segment_no_memory();
     }
