@@ -14,6 +14,9 @@
 static const double OPEN_SHARE = 0.05; /* of edges: a mesh with more boundary edges is no body */
 static const float UNLIKE = 0.65f;     /* cost of roles from which the limbs may not be what they are taken for */
 static const double BRIDGE = 0.1;      /* of the longest side: the longest bridge between parts */
+static const float FUSED = 0.3f;       /* of the template's length over the height: a shorter limb is fused with the body */
+static const float SAME = 0.1f;        /* of the height: two ends as near as this are one */
+static const float OPENINGS[] = {0.5f, 1.0f}; /* voxels by which a body is thinner where limbs that touch it are searched */
 
 bool rig_find_template(const char *name, const char *program, char *path, size_t size)
 {
@@ -88,6 +91,108 @@ static bool thicken_sheets(const struct rig *rig, const char *path, const struct
     return good || rig_fail("not enough memory");
 }
 
+/* Returns the length of a limb in a body, from its end to its first joint. */
+static float limb_length(const struct skeleton_template *s, int pair, int side, const float (*places)[3])
+{
+    float length = 0.0f;
+    for (int j = s->limb_end[pair][side]; j != s->limb_root[pair][side]; j = s->joints[j].parent) {
+        float way[3];
+        vec3_sub(places[j], places[s->joints[j].parent], way);
+        length += vec3_length(way);
+    }
+    return length;
+}
+
+/* Finds whether the limbs of a pair are so short that what was found is only the part of them that stands out. */
+static bool is_fused(const struct skeleton_template *s, int pair, const struct skeleton_embedding *e)
+{
+    float rest[TEMPLATE_JOINTS][3];
+    bool fused = false;
+    for (int j = 0; j < s->count; ++j) { memcpy(rest[j], s->joints[j].position, sizeof rest[j]); }
+    for (int side = 0; side < 2; ++side) {
+        const float own = limb_length(s, pair, side, (const float (*)[3])e->place) / e->height;
+        fused = fused || own < FUSED * limb_length(s, pair, side, (const float (*)[3])rest) / s->height;
+    }
+    return fused;
+}
+
+static bool has_fused_limbs(const struct skeleton_template *s, const struct skeleton_embedding *e)
+{
+    bool fused = false;
+    for (int pair = 0; pair < s->limbs; ++pair) { fused = fused || is_fused(s, pair, e); }
+    return fused;
+}
+
+/* Takes all that was not fused from the embedding in the whole body, which is more exact, if both have the same head and sides. */
+static void take_limbs(const struct skeleton_template *s, const struct skeleton_embedding *whole, struct skeleton_embedding *found)
+{
+    const int head = s->trunk_end[0];
+    float way[3];
+    vec3_sub(whole->place[head], found->place[head], way);
+    const bool same = vec3_length(way) < SAME * whole->height && vec3_dot(whole->left, found->left) > 0.7f;
+    for (int j = 0; same && j < s->count; ++j) {
+        bool parted = false;
+        for (int pair = 0; pair < s->limbs; ++pair) {
+            for (int side = 0; side < 2; ++side) {
+                const int root = s->limb_root[pair][side];
+                parted = parted || (is_fused(s, pair, whole) && (j == root || skeleton_template_below(s, j, root)));
+            }
+        }
+        if (!parted) { memcpy(found->place[j], whole->place[j], sizeof found->place[j]); }
+    }
+    found->height = whole->height;
+}
+
+/* Where limbs are fused, such as arms at the hips, embeds the template in a thinner body, in which they are not: what touches is
+ * less deep than what it belongs to. That of the least cost of roles is taken. Returns false if memory is short. */
+static bool part_limbs(const struct rig *rig, const float *phi, float band, const float *up, const float *facing,
+                       struct rig_body *body)
+{
+    const size_t count = (size_t)body->grid.size[0] * (size_t)body->grid.size[1] * (size_t)body->grid.size[2];
+    const struct skeleton_template *s = &rig->skeleton;
+    const struct skeleton_embedding whole = body->embedding;
+    bool good = true;
+    if (!has_fused_limbs(s, &whole)) { return true; }
+    float *thin = malloc(count * sizeof *thin);
+    good = thin != NULL;
+    for (size_t k = 0; good && k < sizeof OPENINGS / sizeof *OPENINGS; ++k) {
+        struct solid_repair repair;
+        struct solid solid;
+        struct skeleton_embedding found;
+        char error[CHARACTER_TEXT];
+        bool inside = false;
+        for (size_t n = 0; n < count; ++n) {
+            thin[n] = phi[n] + OPENINGS[k];
+            inside = inside || thin[n] < 0.0f;
+        }
+        if (!inside) { break; }
+        good = solid_repair(&body->grid, thin, (int)(BRIDGE * rig->settings.common.grid), false, &repair)
+            && solid_create(&body->grid, thin, band, &solid);
+        if (!good) { break; }
+        if (skeleton_embed(s, &solid, up, facing, &found, error) && !has_fused_limbs(s, &found)
+            && (found.roles.cost < body->embedding.roles.cost || has_fused_limbs(s, &body->embedding))) {
+            take_limbs(s, &whole, &found);
+            body->embedding = found;
+        }
+        solid_free(&solid);
+    }
+    free(thin);
+    return good;
+}
+
+/* Names limbs that are still fused; whether they are what they seem is a guess. */
+static void note_fused(const struct rig *rig, const char *path, struct skeleton_embedding *e)
+{
+    const struct skeleton_template *s = &rig->skeleton;
+    for (int pair = 0; pair < s->limbs; ++pair) {
+        if (!is_fused(s, pair, e)) { continue; }
+        e->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f;
+        if (rig->settings.common.quiet) { continue; }
+        fprintf(stderr, "rig: %s: %s and its partner are short: they may be fused with the body; look at rigged.png; --pin JOINT=X,Y,Z "
+                "moves joints, a finer --grid may part them\n", path, s->joints[s->limb_root[pair][0]].name);
+    }
+}
+
 /* Samples phi, makes one body of it and embeds the template. */
 static bool embed(const struct rig *rig, const char *path, const float *up, const float *facing,
                   struct rig_body *body)
@@ -106,7 +211,9 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     good = good && run_check("rig", body->ctx, springls_set_level_set(body->ctx, phi), path);
     good = good
         && (skeleton_embed(&rig->skeleton, &body->solid, up, facing, &body->embedding, error)
-            || rig_fail("%s: %s", path, error));
+            || rig_fail("%s: %s", path, error))
+        && (part_limbs(rig, phi, band, up, facing, body) || rig_fail("not enough memory"));
+    if (good) { note_fused(rig, path, &body->embedding); }
     free(phi);
     return good;
 }

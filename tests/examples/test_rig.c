@@ -165,6 +165,24 @@ static const struct truth a_joints[] = {{"hips", {0, 0.94f, 0}},
                                         {"foot.L", {0.18f, 0.09f, 0}},
                                         {NULL, {0, 0, 0}}};
 
+/* Arms that hang down and touch the hips. */
+static const struct capsule i_pose[] = {{{0, 0.95f, 0}, {0, 1.36f, 0}, 0.14f},
+                                        {{0, 1.45f, 0}, {0, 1.56f, 0}, 0.055f},
+                                        {{0, 1.66f, 0}, {0, 1.70f, 0.01f}, 0.11f},
+                                        {{0.06f, 1.42f, 0}, {0.20f, 1.42f, 0}, 0.055f},
+                                        {{0.20f, 1.42f, 0}, {0.22f, 1.14f, 0}, 0.055f},
+                                        {{0.22f, 1.14f, 0}, {0.235f, 0.82f, 0}, 0.045f},
+                                        {{0.10f, 0.92f, 0}, {0.11f, 0.50f, 0}, 0.082f},
+                                        {{0.11f, 0.50f, 0}, {0.12f, 0.09f, 0}, 0.055f},
+                                        {{0.12f, 0.05f, -0.02f}, {0.12f, 0.05f, 0.16f}, 0.05f}};
+static const struct truth i_joints[] = {{"hips", {0, 0.94f, 0}},
+                                        {"head", {0, 1.55f, 0}},
+                                        {"lower_arm.L", {0.22f, 1.14f, 0}},
+                                        {"hand.L", {0.23f, 0.92f, 0}},
+                                        {"shin.L", {0.11f, 0.50f, 0}},
+                                        {"foot.L", {0.12f, 0.09f, 0}},
+                                        {NULL, {0, 0, 0}}};
+
 static const struct capsule four_legs[] = {{{0, 0.80f, -0.45f}, {0, 0.80f, 0.40f}, 0.17f},
                                            {{0, 0.88f, 0.45f}, {0, 1.12f, 0.72f}, 0.08f},
                                            {{0, 1.15f, 0.74f}, {0, 1.08f, 0.98f}, 0.09f},
@@ -257,6 +275,11 @@ TEST a_body_in_a_pose_any_way_round(void)
     for (int t = 0; t < COUNT(turns); ++t)
         CHECK_CALL(check_body(a_pose, COUNT(a_pose), a_joints, "biped", &turns[t], false));
     PASS();
+}
+
+TEST arms_that_touch_the_hips_are_found(void)
+{
+    return check_body(i_pose, COUNT(i_pose), i_joints, "biped", &turns[0], false);
 }
 
 TEST a_quadruped_any_way_round(void)
@@ -753,6 +776,7 @@ int main(int argc, char **argv)
     RUN_TEST(templates_are_refused_in_one_line);
     RUN_TEST(a_body_in_t_pose_any_way_round);
     RUN_TEST(a_body_in_a_pose_any_way_round);
+    RUN_TEST(arms_that_touch_the_hips_are_found);
     RUN_TEST(a_quadruped_any_way_round);
     RUN_TEST(facing_decides_left_and_right);
     RUN_TEST(the_knight);
