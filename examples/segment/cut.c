@@ -13,7 +13,7 @@
 #include <string.h>
 
 static const size_t most_voxels = 4000000; /* of a cut */
-static const double voxel_bytes = 400.0;   /* nodes and edges of libmaxflow, ways, queues: measured on 0.5 to 4 million voxels */
+static const double voxel_bytes = 400.0;   /* nodes and edges of libmaxflow, ways, queues: an estimate */
 
 const char *segment_cut_lacks(void)
 {
