@@ -68,6 +68,10 @@
                               the file with SPRINGLS_IMPLEMENTATION; without it the pool's functions give no threads
      SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object at -O2: springls_kernel_source
                               gives no lines, and springls_cl.h cannot be included
+     SPRINGLS_NO_SNAPSHOTS, _NO_CHUNKS, _NO_TOOLS (combinations, offsets, smoothing, remeshing, following a level set), _NO_EVENTS
+                              (components too), _NO_QUERIES (samples, closest points, rays), _NO_TILINGS   leave these functions out
+     SPRINGLS_MINIMAL         leaves all of them and the kernels' text out: a third of the object remains. Define these alike in every file that
+                              includes the header
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 
@@ -943,6 +947,31 @@
 #endif
 #endif
 
+/* What a program may leave out (manual, MACROS). */
+#ifdef SPRINGLS_MINIMAL
+#ifndef SPRINGLS_NO_OPENCL
+#define SPRINGLS_NO_OPENCL
+#endif
+#ifndef SPRINGLS_NO_SNAPSHOTS
+#define SPRINGLS_NO_SNAPSHOTS
+#endif
+#ifndef SPRINGLS_NO_CHUNKS
+#define SPRINGLS_NO_CHUNKS
+#endif
+#ifndef SPRINGLS_NO_TOOLS
+#define SPRINGLS_NO_TOOLS
+#endif
+#ifndef SPRINGLS_NO_EVENTS
+#define SPRINGLS_NO_EVENTS
+#endif
+#ifndef SPRINGLS_NO_QUERIES
+#define SPRINGLS_NO_QUERIES
+#endif
+#ifndef SPRINGLS_NO_TILINGS
+#define SPRINGLS_NO_TILINGS
+#endif
+#endif
+
 #ifdef SPRINGLS_NAMESPACE
   #define SPRINGLS__JOIN_NAME(space, name) space##_##name
   #define SPRINGLS__EXPAND_NAME(space, name) SPRINGLS__JOIN_NAME(space, name)
@@ -1740,6 +1769,7 @@ typedef enum springls_snapshot_kind {
                                     ALL snapshot of this model was restored to                                        */
 } springls_snapshot_kind;
 
+#ifndef SPRINGLS_NO_SNAPSHOTS
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same springls_desc.grid and .follow that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
@@ -1770,6 +1800,7 @@ SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, cons
    is less than *size. */
 SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
                                                      size_t delta_size, void *out, size_t capacity, size_t *size);
+#endif
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
@@ -1816,6 +1847,7 @@ typedef struct springls_component {
     float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
+#ifndef SPRINGLS_NO_EVENTS
 /* Lists the components of the present surface by ascending ids. They are found by this call when the surface has changed since the last
    step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT
    without. Completes a step in progress. The list belongs to the context, until the next call that changes the model. */
@@ -1830,6 +1862,7 @@ SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
    inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to or, with
    SPRINGLS_CONTOURING_SPRINGLS, the nearest one. Conditions as for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+#endif
 
 /* Names what happens to components. */
 typedef enum springls_event_kind {
@@ -1852,11 +1885,13 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
+#ifndef SPRINGLS_NO_EVENTS
 /* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
    _remesh or a stage call between two steps are listed until the step after the second begins, so that a caller who asks after
    each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
    volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+#endif
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
@@ -1914,6 +1949,7 @@ typedef struct springls_chunks_desc {
 /* Remembers which chunks one consumer has received. A context may have any number of consumers. */
 typedef struct springls_chunks springls_chunks;
 
+#ifndef SPRINGLS_NO_CHUNKS
 /* Creates the memory of a consumer, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
@@ -1940,6 +1976,7 @@ SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, spring
    arguments, NULL or NaN, leaves it in progress. INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
+#endif
 
 /* Asks for the triangles of a chunk at a level of detail, and receives them. They lie between vertices that the chunk has: its positions,
    normals, correspondences, ids and attributes serve all levels. Zero all of it, and set chunk, level, neighbors and triangles. */
@@ -1958,18 +1995,21 @@ typedef struct springls_lod {
                                interpolated at the closest place; 0 without correspondences                            */
 } springls_lod;
 
+#ifndef SPRINGLS_NO_CHUNKS
 /* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
    wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
    border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
    depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite, and more
    than 65536 vertices. After a failure nothing is written. */
 SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
+#endif
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
+#ifndef SPRINGLS_NO_QUERIES
 /* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
    that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
@@ -1981,6 +2021,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
    SPRINGLS_CONTOURING_SPRINGLS by the mesh of springls_extract_mesh; while a step or an update of chunks is in progress by the sign
    of phi. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
+#endif
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
@@ -2012,6 +2053,7 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
+#ifndef SPRINGLS_NO_QUERIES
 /* Finds the closest place of the surface to each point, at any distance: beyond 10^7 voxels one that is the
    closest as far as a float resolves the distance. Distances are at most FLT_MAX. A model without springls has none. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
@@ -2022,6 +2064,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
    ray from outside to a place inside the watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
+#endif
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -2179,6 +2222,7 @@ typedef enum springls_operation {
     SPRINGLS_OPERATION_DIFFERENCE
 } springls_operation;
 
+#ifndef SPRINGLS_NO_TOOLS
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
    - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
      middle of both. INVALID_ARGUMENT, and nothing has changed: it is a union, and the particles of both do not lie in one window.
@@ -2223,6 +2267,7 @@ SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *c
    complete. Without one in progress: OK, *done = true. A failure of the combination ends it, and the model is as it was before; one
    of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done);
+#endif
 
 /* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
    have just been made at `count` world points. Called on the caller's thread. */
@@ -2238,6 +2283,7 @@ typedef struct springls_follow_desc {
     float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
 } springls_follow_desc;
 
+#ifndef SPRINGLS_NO_TOOLS
 /* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
    are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
    filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
@@ -2263,6 +2309,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
    EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
+#endif
 
 /* ---- >>tiling:api: many bodies in one space, without gap or overlap (manual, MANY BODIES) -------------------------- */
 
@@ -2272,6 +2319,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
    springls, which steps keep together. With tiling = NULL a function does as one with ctx = NULL. */
 typedef struct springls_tiling springls_tiling;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
    zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
    from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
@@ -2321,6 +2369,7 @@ SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tilin
    not known, as of springls that have faced a body that is gone. out: of springls_count of that model. INVALID_ARGUMENT: also a label
    without a body. */
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
+#endif
 
 /* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
    label into what it faces, for label 0 too. Both sides of a wall are asked, each by itself: the label and what it faces are exchanged. */
@@ -2375,8 +2424,10 @@ typedef struct springls_tiling_step_desc {
                                         velocity, or tension, alone, which moves both alike, else after every step    */
 } springls_tiling_step_desc;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Returns a description without forces, with max_displacement = 2. */
 SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
+#endif
 
 /* Reports what a step did. Zeros where sheets were not looked at. */
 typedef struct springls_tiling_report {
@@ -2396,6 +2447,7 @@ typedef struct springls_tiling_report {
     float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
 } springls_tiling_report;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
@@ -2415,6 +2467,7 @@ SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tili
 
 /* Writes the label of every voxel, x fastest, then y. out: one a voxel of the grid. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out);
+#endif
 
 /* Holds measures of a body. Labels and voxels are exact. Volume and area, as meshes of springls_tiling_body, are those of each model
    alone, which overlap a little, or leave a gap, where the two sheets of a wall are not in one place. */
@@ -2425,8 +2478,10 @@ typedef struct springls_tiling_measures {
     double volume, area;             /* of its watertight surface, world units, as springls_measure                  */
 } springls_tiling_measures;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
+#endif
 
 /* Holds the walls of a tiling as one mesh, world coordinates. Walls share the vertices where they meet. */
 typedef struct springls_walls {
@@ -2438,6 +2493,7 @@ typedef struct springls_walls {
     size_t bytes;                           /* of the block that holds them                                          */
 } springls_walls;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
    needs four triangles instead of two, so that no triangle crosses another. So mesh generators take it (tetgen -pA fills every
    region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
@@ -2447,6 +2503,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+#endif
 
 /* Holds the closest place of a wall to a point, world coordinates and units. */
 typedef struct springls_wall_hit {
@@ -2454,6 +2511,7 @@ typedef struct springls_wall_hit {
     int32_t labels[2];                      /* of the wall there, the lower one first; -1: there is none             */
 } springls_wall_hit;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Finds the closest place of any wall to `count` world points. It makes the mesh of all walls (springls_tiling_extract), whose places they
    are, and a hierarchy of its triangles: call it once for many points. Failures: as springls_tiling_extract; NON_FINITE: a point. */
 SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out);
@@ -2472,6 +2530,7 @@ SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, co
 
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
+#endif
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
@@ -2585,6 +2644,38 @@ SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count
 #else
 #define SPRINGLS__FN static
 #define SPRINGLS__PRINTF(text, first)
+#endif
+
+/* The linkage of public functions that a program may leave out: they are the library's own then, and go where nothing calls them. */
+#ifdef SPRINGLS_NO_SNAPSHOTS
+#define SPRINGLS__SNAPSHOTS_API SPRINGLS__FN
+#else
+#define SPRINGLS__SNAPSHOTS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_CHUNKS
+#define SPRINGLS__CHUNKS_API SPRINGLS__FN
+#else
+#define SPRINGLS__CHUNKS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_TOOLS
+#define SPRINGLS__TOOLS_API SPRINGLS__FN
+#else
+#define SPRINGLS__TOOLS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_EVENTS
+#define SPRINGLS__EVENTS_API SPRINGLS__FN
+#else
+#define SPRINGLS__EVENTS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_QUERIES
+#define SPRINGLS__QUERIES_API SPRINGLS__FN
+#else
+#define SPRINGLS__QUERIES_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_TILINGS
+#define SPRINGLS__TILINGS_API SPRINGLS__FN
+#else
+#define SPRINGLS__TILINGS_API SPRINGLS_API
 #endif
 
 /* Returns the failure of an expression from the calling function. */
@@ -30346,7 +30437,7 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 
 /* ---- the calls ---- */
 
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out)
 {
     springls_chunks *c;
@@ -30368,7 +30459,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     return status;
 }
 
-SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+SPRINGLS__CHUNKS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
 {
     if (!ctx || !chunks) return;
     if (ctx->step.active && ctx->step.chunks == chunks) {
@@ -30378,7 +30469,7 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
     springls__chunks_free(ctx, chunks);
 }
 
-SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
+SPRINGLS__CHUNKS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks) return springls__fail_null(ctx, "chunks_begin", "chunks");
@@ -30406,7 +30497,7 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done)
 {
     springls_status status;
@@ -30427,7 +30518,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count)
 {
     if (changed) *changed = NULL;
@@ -31198,7 +31289,7 @@ SPRINGLS__FN springls_status springls__lod_batches(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count)
+SPRINGLS__CHUNKS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count)
 {
     springls__lod_job job;
     springls__window lattice;
@@ -32092,12 +32183,12 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
 {
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_distance_task, "sample_distance");
 }
 
-SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
 {
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
@@ -32124,7 +32215,7 @@ SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     if (ctx && springls__shows_springls(ctx)) {
         SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
@@ -32662,7 +32753,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
                                               springls_hit *out)
 {
     springls__hit_query q;
@@ -32674,7 +32765,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
     return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_triangle_task);
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+SPRINGLS__QUERIES_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out)
 {
     springls__hit_query q;
@@ -32704,7 +32795,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
     return springls__update_outdated_components(ctx);
 }
 
-SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+SPRINGLS__EVENTS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
 {
     int i;
     springls_component *shown;
@@ -32723,7 +32814,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+SPRINGLS__EVENTS_API const uint32_t *springls_component_ids(const springls_context *ctx)
 {
     if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
@@ -32761,7 +32852,7 @@ SPRINGLS__FN springls_status springls__prepare_labels(springls_context *ctx, spr
     return springls__label_ids(ctx, labels);
 }
 
-SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+SPRINGLS__EVENTS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
     int i;
@@ -32777,7 +32868,7 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+SPRINGLS__EVENTS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
 {
     springls_event *event;
     const springls_component *part;
@@ -34528,7 +34619,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
                                                size_t capacity, size_t *size)
 {
     springls__snapshot_state state;
@@ -35192,7 +35283,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->saved.in_use = false;
 }
 
-SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
 {
     springls__snapshot_state s;
     springls__layout layout;
@@ -35372,7 +35463,7 @@ SPRINGLS__FN void springls__delta_write(springls__delta *d, springls__block_name
     springls__delta_parts(d);
 }
 
-SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
                                                      size_t snapshot_size, void *out, size_t capacity, size_t *size)
 {
     springls__block_name names[2];
@@ -35430,7 +35521,7 @@ SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, con
     return place == bytes && at == words;
 }
 
-SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
                                                      size_t delta_size, void *out, size_t capacity, size_t *size)
 {
     springls__block_name name, from, to;
@@ -35574,7 +35665,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1214 \"springls.h\"\n",
+    "#line 1243 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35688,7 +35779,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2628 \"springls.h\"\n",
+    "#line 2719 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35804,7 +35895,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2836 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35826,7 +35917,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2768 \"springls.h\"\n",
+    "#line 2859 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35841,7 +35932,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2784 \"springls.h\"\n",
+    "#line 2875 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -35965,7 +36056,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2908 \"springls.h\"\n",
+    "#line 2999 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36035,7 +36126,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 3070 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -36255,7 +36346,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3200 \"springls.h\"\n",
+    "#line 3291 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36270,7 +36361,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3215 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36394,14 +36485,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3339 \"springls.h\"\n",
+    "#line 3430 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3347 \"springls.h\"\n",
+    "#line 3438 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36527,7 +36618,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3474 \"springls.h\"\n",
+    "#line 3565 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36582,7 +36673,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3530 \"springls.h\"\n",
+    "#line 3621 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36671,7 +36762,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3620 \"springls.h\"\n",
+    "#line 3711 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36683,7 +36774,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3632 \"springls.h\"\n",
+    "#line 3723 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36698,7 +36789,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3648 \"springls.h\"\n",
+    "#line 3739 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36742,7 +36833,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3692 \"springls.h\"\n",
+    "#line 3783 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36757,7 +36848,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3707 \"springls.h\"\n",
+    "#line 3798 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36801,7 +36892,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3751 \"springls.h\"\n",
+    "#line 3842 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -36880,7 +36971,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3830 \"springls.h\"\n",
+    "#line 3921 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36895,7 +36986,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3846 \"springls.h\"\n",
+    "#line 3937 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -36962,7 +37053,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3913 \"springls.h\"\n",
+    "#line 4004 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36977,7 +37068,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3928 \"springls.h\"\n",
+    "#line 4019 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37044,7 +37135,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3996 \"springls.h\"\n",
+    "#line 4087 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37430,7 +37521,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4383 \"springls.h\"\n",
+    "#line 4474 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38139,7 +38230,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5093 \"springls.h\"\n",
+    "#line 5184 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38399,7 +38490,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5354 \"springls.h\"\n",
+    "#line 5445 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38601,7 +38692,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5557 \"springls.h\"\n",
+    "#line 5648 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38718,7 +38809,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5675 \"springls.h\"\n",
+    "#line 5766 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -38915,7 +39006,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5872 \"springls.h\"\n",
+    "#line 5963 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38930,7 +39021,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5888 \"springls.h\"\n",
+    "#line 5979 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39124,7 +39215,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6082 \"springls.h\"\n",
+    "#line 6173 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39139,7 +39230,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6097 \"springls.h\"\n",
+    "#line 6188 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39333,7 +39424,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6908 \"springls.h\"\n",
+    "#line 6999 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39733,7 +39824,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7309 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39759,7 +39850,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7336 \"springls.h\"\n",
+    "#line 7427 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39847,7 +39938,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7425 \"springls.h\"\n",
+    "#line 7516 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -39987,7 +40078,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7566 \"springls.h\"\n",
+    "#line 7657 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40092,7 +40183,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7672 \"springls.h\"\n",
+    "#line 7763 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40324,7 +40415,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7905 \"springls.h\"\n",
+    "#line 7996 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40354,7 +40445,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7935 \"springls.h\"\n",
+    "#line 8026 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40369,7 +40460,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7951 \"springls.h\"\n",
+    "#line 8042 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40538,7 +40629,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8120 \"springls.h\"\n",
+    "#line 8211 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40553,7 +40644,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8135 \"springls.h\"\n",
+    "#line 8226 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40722,7 +40813,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8304 \"springls.h\"\n",
+    "#line 8395 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40776,7 +40867,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8359 \"springls.h\"\n",
+    "#line 8450 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40802,7 +40893,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8385 \"springls.h\"\n",
+    "#line 8476 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40817,7 +40908,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8401 \"springls.h\"\n",
+    "#line 8492 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40900,7 +40991,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8484 \"springls.h\"\n",
+    "#line 8575 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40915,7 +41006,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8499 \"springls.h\"\n",
+    "#line 8590 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -40998,7 +41089,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8582 \"springls.h\"\n",
+    "#line 8673 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41072,7 +41163,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8657 \"springls.h\"\n",
+    "#line 8748 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41625,7 +41716,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9211 \"springls.h\"\n",
+    "#line 9302 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41721,7 +41812,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9308 \"springls.h\"\n",
+    "#line 9399 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41842,7 +41933,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9430 \"springls.h\"\n",
+    "#line 9521 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42123,7 +42214,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9712 \"springls.h\"\n",
+    "#line 9803 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42209,7 +42300,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9799 \"springls.h\"\n",
+    "#line 9890 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42352,7 +42443,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9943 \"springls.h\"\n",
+    "#line 10034 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42541,7 +42632,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10133 \"springls.h\"\n",
+    "#line 10224 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42666,7 +42757,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10259 \"springls.h\"\n",
+    "#line 10350 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42700,7 +42791,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10294 \"springls.h\"\n",
+    "#line 10385 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43238,7 +43329,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10833 \"springls.h\"\n",
+    "#line 10924 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43388,7 +43479,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10984 \"springls.h\"\n",
+    "#line 11075 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43466,7 +43557,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11063 \"springls.h\"\n",
+    "#line 11154 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43715,7 +43806,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11313 \"springls.h\"\n",
+    "#line 11404 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -43940,7 +44031,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11539 \"springls.h\"\n",
+    "#line 11630 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44044,7 +44135,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11644 \"springls.h\"\n",
+    "#line 11735 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44141,7 +44232,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11742 \"springls.h\"\n",
+    "#line 11833 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44679,7 +44770,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12281 \"springls.h\"\n",
+    "#line 12372 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44712,7 +44803,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12315 \"springls.h\"\n",
+    "#line 12406 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44737,14 +44828,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12341 \"springls.h\"\n",
+    "#line 12432 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12348 \"springls.h\"\n",
+    "#line 12439 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44759,7 +44850,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12364 \"springls.h\"\n",
+    "#line 12455 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -44885,7 +44976,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12490 \"springls.h\"\n",
+    "#line 12581 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44900,7 +44991,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12505 \"springls.h\"\n",
+    "#line 12596 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45026,7 +45117,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12632 \"springls.h\"\n",
+    "#line 12723 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45318,7 +45409,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12925 \"springls.h\"\n",
+    "#line 13016 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45453,7 +45544,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17604 \"springls.h\"\n",
+    "#line 17695 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46555,7 +46646,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18707 \"springls.h\"\n",
+    "#line 18798 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47165,7 +47256,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19318 \"springls.h\"\n",
+    "#line 19409 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47762,7 +47853,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47766 \"springls.h\"\n",
+    "#line 47857 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -49956,7 +50047,7 @@ SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, spri
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__TOOLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -49964,7 +50055,7 @@ SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, sprin
     return springls__combine_begin(ctx, operation, other, NULL);
 }
 
-SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
+SPRINGLS__TOOLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
 {
     springls_status status;
     double until;
@@ -49979,7 +50070,7 @@ SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, do
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__TOOLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls_combine_begin(ctx, operation, other));
     return springls__finish_step(ctx);
@@ -50000,7 +50091,7 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
                                                              springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
@@ -50021,7 +50112,7 @@ SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *c
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+SPRINGLS__TOOLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user)
 {
     SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));
@@ -50315,7 +50406,7 @@ SPRINGLS__FN springls_status springls__check_follow(springls_context *ctx, const
     return springls__check_amount(ctx, "follow_level_set", "tolerance", (double)desc->tolerance);
 }
 
-SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc)
+SPRINGLS__TOOLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc)
 {
     springls__follow_job job;
     springls_status status;
@@ -50496,7 +50587,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     return springls__run_completion(ctx, springls__complete); /* phi is exact already */
 }
 
-SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
+SPRINGLS__TOOLS_API springls_status springls_offset(springls_context *ctx, float distance)
 {
     springls__parallel_surface job;
     springls_status status;
@@ -50579,7 +50670,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+SPRINGLS__TOOLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
 {
     springls_params params;
     springls_status status;
@@ -50630,7 +50721,7 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
+SPRINGLS__TOOLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
@@ -50831,7 +50922,7 @@ SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
     return NULL;
 }
 
-SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
 {
     springls_desc plain;
     springls_tiling *tiling;
@@ -50855,7 +50946,7 @@ SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
+SPRINGLS__TILINGS_API void springls_tiling_destroy(springls_tiling *tiling)
 {
     springls_context *host = tiling ? tiling->host : NULL;
     int i;
@@ -50880,12 +50971,12 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls_destroy(host);
 }
 
-SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
 {
     return tiling ? springls_last_error(tiling->host) : "no tiling";
 }
 
-SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
 {
     size_t bytes = tiling ? springls_memory_used(tiling->host) : 0;
     int i;
@@ -50893,17 +50984,17 @@ SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
     return bytes;
 }
 
-SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API int springls_tiling_count(const springls_tiling *tiling)
 {
     return tiling && tiling->count ? tiling->count - 1 : 0;
 }
 
-SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
+SPRINGLS__TILINGS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
 {
     return number < 0 || number >= springls_tiling_count(tiling) ? SPRINGLS__NO_LABEL : tiling->body[number + 1].label;
 }
 
-SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
+SPRINGLS__TILINGS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
 {
     const int i = tiling ? springls__body_number(tiling, label) : -1;
     return i < 0 ? NULL : tiling->body[i].ctx;
@@ -51139,7 +51230,7 @@ SPRINGLS__FN springls_status springls__bodies_of_map(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth)
+SPRINGLS__TILINGS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth)
 {
     springls__label_map map;
     springls__buffer bodies;
@@ -51307,7 +51398,7 @@ SPRINGLS__FN springls_status springls__add_body(springls_tiling *tiling, const s
     return status;
 }
 
-SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -51320,7 +51411,7 @@ SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tilin
     return springls__add_body(tiling, &given);
 }
 
-SPRINGLS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
                                                       size_t stride, const int *triangles, int triangle_count,
                                                       springls_mesh_report *report)
 {
@@ -51962,7 +52053,7 @@ SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_t
 
 /* ---- at once ---- */
 
-SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
+SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
 {
     const char *call = "tiling_join";
     springls__join join;
@@ -52075,7 +52166,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
+SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size)
 {
     size_t bytes;
@@ -52270,7 +52361,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->calm_steps = 0;
 }
 
-SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
+SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
 {
     springls__tiling_block read;
     springls__buffer bodies;
@@ -52341,7 +52432,7 @@ SPRINGLS__FN void springls__sample_labels_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
 {
     springls__labels_query q;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -52393,7 +52484,7 @@ SPRINGLS__FN void springls__decode(const springls_tiling *tiling, float *least, 
     }
 }
 
-SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
 {
     springls__buffer least;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -52430,7 +52521,7 @@ SPRINGLS__FN springls_status springls__measure_tiling(springls_tiling *tiling, c
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
 {
     springls__buffer labels;
     springls_status status;
@@ -52444,7 +52535,7 @@ SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, sp
     return status;
 }
 
-SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
 {
     uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i;
@@ -52869,7 +52960,7 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
 {
     springls__buffer buffers[4];
     springls_status status;
@@ -52885,7 +52976,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
     return status;
 }
 
-SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
+SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
 {
     if (!tiling || !walls) return;
     springls__release(tiling->host, walls->positions, walls->bytes);
@@ -53952,7 +54043,7 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
     springls_tiling_report own;
@@ -53995,7 +54086,7 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     return status;
 }
 
-SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
+SPRINGLS__TILINGS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
 {
     springls_tiling_step_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -54019,7 +54110,7 @@ SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int n
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
 {
     const float *facing;
     springls__buffer ahead;
@@ -54082,7 +54173,7 @@ SPRINGLS__FN springls_status springls__surface_of_walls(springls_tiling *tiling,
     return springls__surface_finish(tiling->host, surface, walls->triangle_count);
 }
 
-SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out)
 {
     springls__surface surface;
     springls__wall_query q;

@@ -34,6 +34,31 @@
 #endif
 #endif
 
+/* What a program may leave out (manual, MACROS). */
+#ifdef SPRINGLS_MINIMAL
+#ifndef SPRINGLS_NO_OPENCL
+#define SPRINGLS_NO_OPENCL
+#endif
+#ifndef SPRINGLS_NO_SNAPSHOTS
+#define SPRINGLS_NO_SNAPSHOTS
+#endif
+#ifndef SPRINGLS_NO_CHUNKS
+#define SPRINGLS_NO_CHUNKS
+#endif
+#ifndef SPRINGLS_NO_TOOLS
+#define SPRINGLS_NO_TOOLS
+#endif
+#ifndef SPRINGLS_NO_EVENTS
+#define SPRINGLS_NO_EVENTS
+#endif
+#ifndef SPRINGLS_NO_QUERIES
+#define SPRINGLS_NO_QUERIES
+#endif
+#ifndef SPRINGLS_NO_TILINGS
+#define SPRINGLS_NO_TILINGS
+#endif
+#endif
+
 /* SPRINGLS__NAMESPACE_RENAMES */
 
 #ifdef __cplusplus
@@ -566,6 +591,7 @@ typedef enum springls_snapshot_kind {
                                     ALL snapshot of this model was restored to                                        */
 } springls_snapshot_kind;
 
+#ifndef SPRINGLS_NO_SNAPSHOTS
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same springls_desc.grid and .follow that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
@@ -596,6 +622,7 @@ SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, cons
    is less than *size. */
 SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
                                                      size_t delta_size, void *out, size_t capacity, size_t *size);
+#endif
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
@@ -642,6 +669,7 @@ typedef struct springls_component {
     float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
+#ifndef SPRINGLS_NO_EVENTS
 /* Lists the components of the present surface by ascending ids. They are found by this call when the surface has changed since the last
    step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT
    without. Completes a step in progress. The list belongs to the context, until the next call that changes the model. */
@@ -656,6 +684,7 @@ SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
    inside has the body that it lies in; one outside, within the narrow band, the body that descent of phi leads to or, with
    SPRINGLS_CONTOURING_SPRINGLS, the nearest one. Conditions as for springls_components. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out);
+#endif
 
 /* Names what happens to components. */
 typedef enum springls_event_kind {
@@ -678,11 +707,13 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
+#ifndef SPRINGLS_NO_EVENTS
 /* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
    _remesh or a stage call between two steps are listed until the step after the second begins, so that a caller who asks after
    each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
    volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
+#endif
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
@@ -740,6 +771,7 @@ typedef struct springls_chunks_desc {
 /* Remembers which chunks one consumer has received. A context may have any number of consumers. */
 typedef struct springls_chunks springls_chunks;
 
+#ifndef SPRINGLS_NO_CHUNKS
 /* Creates the memory of a consumer, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
@@ -766,6 +798,7 @@ SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, spring
    arguments, NULL or NaN, leaves it in progress. INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
+#endif
 
 /* Asks for the triangles of a chunk at a level of detail, and receives them. They lie between vertices that the chunk has: its positions,
    normals, correspondences, ids and attributes serve all levels. Zero all of it, and set chunk, level, neighbors and triangles. */
@@ -784,18 +817,21 @@ typedef struct springls_lod {
                                interpolated at the closest place; 0 without correspondences                            */
 } springls_lod;
 
+#ifndef SPRINGLS_NO_CHUNKS
 /* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
    wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
    border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
    depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite, and more
    than 65536 vertices. After a failure nothing is written. */
 SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
+#endif
 
 /* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
+#ifndef SPRINGLS_NO_QUERIES
 /* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
    that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
@@ -807,6 +843,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
    SPRINGLS_CONTOURING_SPRINGLS by the mesh of springls_extract_mesh; while a step or an update of chunks is in progress by the sign
    of phi. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
+#endif
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
@@ -838,6 +875,7 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
+#ifndef SPRINGLS_NO_QUERIES
 /* Finds the closest place of the surface to each point, at any distance: beyond 10^7 voxels one that is the
    closest as far as a float resolves the distance. Distances are at most FLT_MAX. A model without springls has none. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
@@ -848,6 +886,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
    ray from outside to a place inside the watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
+#endif
 
 /* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
@@ -1005,6 +1044,7 @@ typedef enum springls_operation {
     SPRINGLS_OPERATION_DIFFERENCE
 } springls_operation;
 
+#ifndef SPRINGLS_NO_TOOLS
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
    - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
      middle of both. INVALID_ARGUMENT, and nothing has changed: it is a union, and the particles of both do not lie in one window.
@@ -1049,6 +1089,7 @@ SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *c
    complete. Without one in progress: OK, *done = true. A failure of the combination ends it, and the model is as it was before; one
    of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done);
+#endif
 
 /* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
    have just been made at `count` world points. Called on the caller's thread. */
@@ -1064,6 +1105,7 @@ typedef struct springls_follow_desc {
     float tolerance;           /* voxels: bricks whose phi differs by less stay as they are; 0: 0.05                */
 } springls_follow_desc;
 
+#ifndef SPRINGLS_NO_TOOLS
 /* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
    are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
    filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
@@ -1089,6 +1131,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    their number is steady. The level set stays as it is. It saves time for a mesh of triangles much smaller than a voxel.
    EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
+#endif
 
 /* ---- >>tiling:api: many bodies in one space, without gap or overlap (manual, MANY BODIES) -------------------------- */
 
@@ -1098,6 +1141,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
    springls, which steps keep together. With tiling = NULL a function does as one with ctx = NULL. */
 typedef struct springls_tiling springls_tiling;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
    zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
    from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
@@ -1147,6 +1191,7 @@ SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tilin
    not known, as of springls that have faced a body that is gone. out: of springls_count of that model. INVALID_ARGUMENT: also a label
    without a body. */
 SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out);
+#endif
 
 /* Holds a batch of points of the springls of one label. batch: as callbacks of springls_forces get it, but that normals point out of the
    label into what it faces, for label 0 too. Both sides of a wall are asked, each by itself: the label and what it faces are exchanged. */
@@ -1201,8 +1246,10 @@ typedef struct springls_tiling_step_desc {
                                         velocity, or tension, alone, which moves both alike, else after every step    */
 } springls_tiling_step_desc;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Returns a description without forces, with max_displacement = 2. */
 SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
+#endif
 
 /* Reports what a step did. Zeros where sheets were not looked at. */
 typedef struct springls_tiling_report {
@@ -1222,6 +1269,7 @@ typedef struct springls_tiling_report {
     float mean_gap, rms_gap, largest_gap; /* voxels: of those, between the two sheets of a wall, before they were drawn together */
 } springls_tiling_report;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
@@ -1241,6 +1289,7 @@ SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tili
 
 /* Writes the label of every voxel, x fastest, then y. out: one a voxel of the grid. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out);
+#endif
 
 /* Holds measures of a body. Labels and voxels are exact. Volume and area, as meshes of springls_tiling_body, are those of each model
    alone, which overlap a little, or leave a gap, where the two sheets of a wall are not in one place. */
@@ -1251,8 +1300,10 @@ typedef struct springls_tiling_measures {
     double volume, area;             /* of its watertight surface, world units, as springls_measure                  */
 } springls_tiling_measures;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Measures all bodies, in the order of springls_tiling_label: one a body. EMPTY_MODEL: there are no bodies. */
 SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out);
+#endif
 
 /* Holds the walls of a tiling as one mesh, world coordinates. Walls share the vertices where they meet. */
 typedef struct springls_walls {
@@ -1264,6 +1315,7 @@ typedef struct springls_walls {
     size_t bytes;                           /* of the block that holds them                                          */
 } springls_walls;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Makes the mesh of all walls: one vertex in each cube of voxels that has several labels, and one more in each wall between two voxels that
    needs four triangles instead of two, so that no triangle crosses another. So mesh generators take it (tetgen -pA fills every
    region). Regions are those of voxels that are neighbours along an axis; two that touch beside that share vertices or edges. Walls end
@@ -1273,6 +1325,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
 
 /* Frees the arrays of springls_tiling_extract, and zeroes the structure; NULL is allowed. */
 SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls);
+#endif
 
 /* Holds the closest place of a wall to a point, world coordinates and units. */
 typedef struct springls_wall_hit {
@@ -1280,6 +1333,7 @@ typedef struct springls_wall_hit {
     int32_t labels[2];                      /* of the wall there, the lower one first; -1: there is none             */
 } springls_wall_hit;
 
+#ifndef SPRINGLS_NO_TILINGS
 /* Finds the closest place of any wall to `count` world points. It makes the mesh of all walls (springls_tiling_extract), whose places they
    are, and a hierarchy of its triangles: call it once for many points. Failures: as springls_tiling_extract; NON_FINITE: a point. */
 SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out);
@@ -1298,6 +1352,7 @@ SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, co
 
 /* Returns a hash of all bodies, as springls_state_hash, and of what their springls face. NULL: 0. */
 SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
+#endif
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 

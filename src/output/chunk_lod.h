@@ -766,7 +766,7 @@ SPRINGLS__FN springls_status springls__lod_batches(springls_context *ctx, spring
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count)
+SPRINGLS__CHUNKS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count)
 {
     springls__lod_job job;
     springls__window lattice;

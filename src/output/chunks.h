@@ -1062,7 +1062,7 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 
 /* ---- the calls ---- */
 
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out)
 {
     springls_chunks *c;
@@ -1084,7 +1084,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     return status;
 }
 
-SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+SPRINGLS__CHUNKS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
 {
     if (!ctx || !chunks) return;
     if (ctx->step.active && ctx->step.chunks == chunks) {
@@ -1094,7 +1094,7 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
     springls__chunks_free(ctx, chunks);
 }
 
-SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
+SPRINGLS__CHUNKS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks) return springls__fail_null(ctx, "chunks_begin", "chunks");
@@ -1122,7 +1122,7 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done)
 {
     springls_status status;
@@ -1143,7 +1143,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+SPRINGLS__CHUNKS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
                                                     const springls_chunk **changed, int *count)
 {
     if (changed) *changed = NULL;

@@ -19,7 +19,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
     return springls__update_outdated_components(ctx);
 }
 
-SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
+SPRINGLS__EVENTS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
 {
     int i;
     springls_component *shown;
@@ -38,7 +38,7 @@ SPRINGLS_API springls_status springls_components(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
+SPRINGLS__EVENTS_API const uint32_t *springls_component_ids(const springls_context *ctx)
 {
     if (!ctx || ctx->model.set.count == 0 || !springls__components_enabled(ctx)) return NULL;
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
@@ -76,7 +76,7 @@ SPRINGLS__FN springls_status springls__prepare_labels(springls_context *ctx, spr
     return springls__label_ids(ctx, labels);
 }
 
-SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
+SPRINGLS__EVENTS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
     int i;
@@ -92,7 +92,7 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
+SPRINGLS__EVENTS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count)
 {
     springls_event *event;
     const springls_component *part;

@@ -124,12 +124,12 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
 {
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_distance_task, "sample_distance");
 }
 
-SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
 {
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
@@ -156,7 +156,7 @@ SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, co
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+SPRINGLS__QUERIES_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     if (ctx && springls__shows_springls(ctx)) {
         SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "sample_inside"));
@@ -694,7 +694,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
 }
 
-SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
+SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
                                               springls_hit *out)
 {
     springls__hit_query q;
@@ -706,7 +706,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
     return springls__hit_query_run(&q, ctx, surface, count, springls__closest_level_task, springls__closest_triangle_task);
 }
 
-SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
+SPRINGLS__QUERIES_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out)
 {
     springls__hit_query q;

@@ -229,7 +229,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->saved.in_use = false;
 }
 
-SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
 {
     springls__snapshot_state s;
     springls__layout layout;

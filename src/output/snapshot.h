@@ -275,7 +275,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
                                                size_t capacity, size_t *size)
 {
     springls__snapshot_state state;

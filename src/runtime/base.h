@@ -23,6 +23,38 @@
 #define SPRINGLS__PRINTF(text, first)
 #endif
 
+/* The linkage of public functions that a program may leave out: they are the library's own then, and go where nothing calls them. */
+#ifdef SPRINGLS_NO_SNAPSHOTS
+#define SPRINGLS__SNAPSHOTS_API SPRINGLS__FN
+#else
+#define SPRINGLS__SNAPSHOTS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_CHUNKS
+#define SPRINGLS__CHUNKS_API SPRINGLS__FN
+#else
+#define SPRINGLS__CHUNKS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_TOOLS
+#define SPRINGLS__TOOLS_API SPRINGLS__FN
+#else
+#define SPRINGLS__TOOLS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_EVENTS
+#define SPRINGLS__EVENTS_API SPRINGLS__FN
+#else
+#define SPRINGLS__EVENTS_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_QUERIES
+#define SPRINGLS__QUERIES_API SPRINGLS__FN
+#else
+#define SPRINGLS__QUERIES_API SPRINGLS_API
+#endif
+#ifdef SPRINGLS_NO_TILINGS
+#define SPRINGLS__TILINGS_API SPRINGLS__FN
+#else
+#define SPRINGLS__TILINGS_API SPRINGLS_API
+#endif
+
 /* Returns the failure of an expression from the calling function. */
 #define SPRINGLS__TRY(expression)                                                       \
     do {                                                                                \

@@ -196,7 +196,7 @@ SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
     return NULL;
 }
 
-SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out)
 {
     springls_desc plain;
     springls_tiling *tiling;
@@ -220,7 +220,7 @@ SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
+SPRINGLS__TILINGS_API void springls_tiling_destroy(springls_tiling *tiling)
 {
     springls_context *host = tiling ? tiling->host : NULL;
     int i;
@@ -245,12 +245,12 @@ SPRINGLS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls_destroy(host);
 }
 
-SPRINGLS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API const char *springls_tiling_last_error(const springls_tiling *tiling)
 {
     return tiling ? springls_last_error(tiling->host) : "no tiling";
 }
 
-SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
 {
     size_t bytes = tiling ? springls_memory_used(tiling->host) : 0;
     int i;
@@ -258,17 +258,17 @@ SPRINGLS_API size_t springls_tiling_memory_used(const springls_tiling *tiling)
     return bytes;
 }
 
-SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API int springls_tiling_count(const springls_tiling *tiling)
 {
     return tiling && tiling->count ? tiling->count - 1 : 0;
 }
 
-SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
+SPRINGLS__TILINGS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number)
 {
     return number < 0 || number >= springls_tiling_count(tiling) ? SPRINGLS__NO_LABEL : tiling->body[number + 1].label;
 }
 
-SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
+SPRINGLS__TILINGS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label)
 {
     const int i = tiling ? springls__body_number(tiling, label) : -1;
     return i < 0 ? NULL : tiling->body[i].ctx;

@@ -52,7 +52,7 @@ SPRINGLS__FN void springls__sample_labels_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_sample_labels(springls_tiling *tiling, const float *points, int count, int32_t *out)
 {
     springls__labels_query q;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -104,7 +104,7 @@ SPRINGLS__FN void springls__decode(const springls_tiling *tiling, float *least, 
     }
 }
 
-SPRINGLS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_copy_labels(springls_tiling *tiling, int32_t *out)
 {
     springls__buffer least;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -141,7 +141,7 @@ SPRINGLS__FN springls_status springls__measure_tiling(springls_tiling *tiling, c
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_measure(springls_tiling *tiling, springls_tiling_measures *out)
 {
     springls__buffer labels;
     springls_status status;
@@ -155,7 +155,7 @@ SPRINGLS_API springls_status springls_tiling_measure(springls_tiling *tiling, sp
     return status;
 }
 
-SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
+SPRINGLS__TILINGS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling)
 {
     uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i;

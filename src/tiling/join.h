@@ -178,7 +178,7 @@ SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_t
 
 /* ---- at once ---- */
 
-SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
+SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
 {
     const char *call = "tiling_join";
     springls__join join;

@@ -234,7 +234,7 @@ SPRINGLS__FN springls_status springls__bodies_of_map(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth)
+SPRINGLS__TILINGS_API springls_status springls_tiling_set_labels(springls_tiling *tiling, const int32_t *labels, int smooth)
 {
     springls__label_map map;
     springls__buffer bodies;
@@ -402,7 +402,7 @@ SPRINGLS__FN springls_status springls__add_body(springls_tiling *tiling, const s
     return status;
 }
 
-SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -415,7 +415,7 @@ SPRINGLS_API springls_status springls_tiling_add_implicit(springls_tiling *tilin
     return springls__add_body(tiling, &given);
 }
 
-SPRINGLS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
                                                       size_t stride, const int *triangles, int triangle_count,
                                                       springls_mesh_report *report)
 {

@@ -87,7 +87,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
+SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size)
 {
     size_t bytes;
@@ -282,7 +282,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->calm_steps = 0;
 }
 
-SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
+SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
 {
     springls__tiling_block read;
     springls__buffer bodies;

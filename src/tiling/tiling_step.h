@@ -335,7 +335,7 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
     springls_tiling_report own;
@@ -378,7 +378,7 @@ SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const
     return status;
 }
 
-SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
+SPRINGLS__TILINGS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)
 {
     springls_tiling_step_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -402,7 +402,7 @@ SPRINGLS__FN springls_status springls__look_ahead(springls_tiling *tiling, int n
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_facing(springls_tiling *tiling, int32_t label, int32_t *out)
 {
     const float *facing;
     springls__buffer ahead;

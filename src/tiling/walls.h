@@ -412,7 +412,7 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
 {
     springls__buffer buffers[4];
     springls_status status;
@@ -428,7 +428,7 @@ SPRINGLS_API springls_status springls_tiling_extract(springls_tiling *tiling, sp
     return status;
 }
 
-SPRINGLS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
+SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
 {
     if (!tiling || !walls) return;
     springls__release(tiling->host, walls->positions, walls->bytes);

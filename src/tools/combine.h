@@ -889,7 +889,7 @@ SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, spri
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__TOOLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
@@ -897,7 +897,7 @@ SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, sprin
     return springls__combine_begin(ctx, operation, other, NULL);
 }
 
-SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
+SPRINGLS__TOOLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
 {
     springls_status status;
     double until;
@@ -912,7 +912,7 @@ SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, do
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__TOOLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls_combine_begin(ctx, operation, other));
     return springls__finish_step(ctx);
@@ -933,7 +933,7 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
+SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
                                                              springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
@@ -954,7 +954,7 @@ SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *c
     return status;
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+SPRINGLS__TOOLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user)
 {
     SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));

@@ -290,7 +290,7 @@ SPRINGLS__FN springls_status springls__check_follow(springls_context *ctx, const
     return springls__check_amount(ctx, "follow_level_set", "tolerance", (double)desc->tolerance);
 }
 
-SPRINGLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc)
+SPRINGLS__TOOLS_API springls_status springls_follow_level_set(springls_context *ctx, const springls_follow_desc *desc)
 {
     springls__follow_job job;
     springls_status status;

@@ -181,7 +181,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     return springls__run_completion(ctx, springls__complete); /* phi is exact already */
 }
 
-SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
+SPRINGLS__TOOLS_API springls_status springls_offset(springls_context *ctx, float distance)
 {
     springls__parallel_surface job;
     springls_status status;
@@ -264,7 +264,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     return ctx->model.set.count > 0 ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "smooth: nothing is left");
 }
 
-SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+SPRINGLS__TOOLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
 {
     springls_params params;
     springls_status status;
@@ -315,7 +315,7 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
+SPRINGLS__TOOLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");

@@ -103,6 +103,14 @@ without_kernels() {
         nothing "$(strings $w/o.o | grep "__kernel void")" "of the kernels' text is in the object" &&
         fails $1 -std=c99 -DSPRINGLS_NO_OPENCL -DWITH_OPENCL -I. -fsyntax-only $here/implement.c
 }
+# What is left out is neither declared nor in the object, and what stays works.
+left_out() {  # COMPILER MACRO FUNCTION
+    printf '#include "springls.h"\nvoid *called(void);\nvoid *called(void) { return (void *)%s; }\n' $3 > $w/call.c
+    $1 -std=c99 $warnings -D$2 -c -o $w/o.o $here/implement.c &&
+        nothing "$(exported $w/o.o | grep -x "$3")" "left in" &&
+        $1 -std=c99 -w -I. -c -o $w/call.o $w/call.c && fails $1 -std=c99 -w -D$2 -I. -c -o $w/call.o $w/call.c &&
+        $1 -std=c99 -O1 -w -D$2 -I. -o $w/minimal examples/minimal.c -lm && (cd $w && ./minimal > said)
+}
 with_a_pool() { "$@" $warnings -o $w/threads $here/threads.c -lm -pthread && $w/threads; }
 with_a_pool_on_windows() {
     "$@" $warnings -static -o $w/threads.exe $here/threads.c -lm && { ! command -v wine > /dev/null || WINEDEBUG=-all wine $w/threads.exe 2> /dev/null; }
@@ -167,6 +175,10 @@ for cc in gcc clang; do
     check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: SPRINGLS_NO_OPENCL leaves the kernels' text out" without_kernels $cc
+    for cut in SNAPSHOTS:snapshot CHUNKS:chunks_update TOOLS:combine EVENTS:events QUERIES:raycast TILINGS:tiling_step; do
+        check "$cc: SPRINGLS_NO_${cut%:*}" left_out $cc SPRINGLS_NO_${cut%:*} springls_${cut#*:}
+    done
+    check "$cc: SPRINGLS_MINIMAL" left_out $cc SPRINGLS_MINIMAL springls_closest
     case $languages in *c++*)
         for std in c++11 c++20; do check "$cxx -std=$std -Wpedantic: minimal.c" minimal_is_silent "$cxx -std=$std"; done ;;
     esac
