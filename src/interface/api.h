@@ -850,10 +850,10 @@ typedef enum springls_surface {
     SPRINGLS_SURFACE_WATERTIGHT, /* params.contouring SPRINGLS: the mesh of springls_extract_mesh, thin sheets too. A call with up
                                     to 16 queries makes the parts of the mesh that it needs; one with more, or when calls since
                                     the last change of the model have made as much as that together, the whole mesh and a
-                                    hierarchy. LEVEL_SET, and while a step or an
-                                    update of chunks is in progress: the zero level, closed. Nothing is built then
-                                    but, where springls have come or gone, the list of them by cell. A sheet thinner than about
-                                    a voxel may have springls and no zero level: it is not found. A closest point further
+                                    hierarchy. Both find the same, except where springls contradict each other. LEVEL_SET, and
+                                    while a step or an update of chunks is in progress: the zero level, closed. Nothing is built
+                                    then but, where springls have come or gone, the list of them by cell. A sheet thinner than
+                                    about a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
     SPRINGLS_SURFACE_SOUP        /* the triangles of the springls, with gaps that rays pass through. A hierarchy is built at
                                     the first query after springls have moved                                                 */

@@ -69,8 +69,8 @@
                               gives no lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SNAPSHOTS, _NO_CHUNKS, _NO_TOOLS (combinations, offsets, smoothing, remeshing, following a level set), _NO_EVENTS
                               (components too), _NO_QUERIES (samples, closest points, rays), _NO_TILINGS   leave these functions out
-     SPRINGLS_MINIMAL         leaves all of them and the kernels' text out: a third of the object remains. Define these alike in every
-                              file that includes the header
+     SPRINGLS_MINIMAL         leaves all of them and the kernels' text out: a third of the object remains (gcc -O2). Define these alike in
+                              every file that includes the header: a function that is declared and left out is not found by the linker
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
                               the target has AVX2 (-mavx2, -march=native); the results have the same bits
 

@@ -98,8 +98,8 @@ SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_
     return t_in <= t_out * 1.000002f;
 }
 
-/* Returns whether the ray meets a triangle within t_max, and where. Floats are compared: so which of two equal ones is found does not depend
-   on which is tried first. */
+/* Returns whether the ray meets a triangle within t_max, as floats compare, and where. So which of two that are equally far is found does
+   not depend on which is tried first. */
 SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
     double t;

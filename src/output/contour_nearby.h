@@ -3,8 +3,8 @@
      a ray:    the first two layers of bricks that it meets  -->  their triangles  -->  hit?  -- no: the next two layers
      a place:  the bricks as near as the zero level          -->  their triangles  -->  as near?  -- no: the bricks as near as that
 
-   A table of some bricks has the same bits as that of all, so that nobody can tell which was asked; but beside cells in which triangles would
-   cross (springls__simplify_cells): springls that contradict each other, as in noise, have those. What queries of one version of the model
+   A table of some bricks has the same bits as that of all, except beside cells in which triangles would cross: those change their neighbors
+   (springls__simplify_cells), and springls that contradict each other, as in noise, have some. What queries of one version of the model
    make together costs at most about as much as the whole mesh: after that it is made. */
 #ifndef SPRINGLS__OUTPUT_CONTOUR_NEARBY_H
 #define SPRINGLS__OUTPUT_CONTOUR_NEARBY_H
@@ -13,11 +13,12 @@
 #include "contour_query.h"
 
 #define SPRINGLS__FEW_QUERIES 16       /* of more in one call the whole mesh is made                        */
-#define SPRINGLS__MOST_NEARBY 64       /* bricks that are made at once                                      */
+#define SPRINGLS__LAYERS 2             /* of bricks across a ray that are made at once                      */
+#define SPRINGLS__MOST_NEARBY 64       /* bricks that are made at once. A ray meets 9 of a layer at most, of 4 layers */
 #define SPRINGLS__NEARBY_BOX 4096      /* bricks that are looked at around one place                        */
 #define SPRINGLS__LAYER_SLACK 1e-3     /* voxels: exceeds how far rounding moves a place                    */
 
-/* Returns whether `count` queries may make parts of the mesh. */
+/* Returns whether the next of `count` queries may make parts of the mesh: there is no whole one, and parts have cost less. */
 SPRINGLS__FN bool springls__may_query_nearby(const springls_context *ctx, int count)
 {
     const bool counted = ctx->nearby_version == ctx->model_version;
@@ -136,13 +137,13 @@ SPRINGLS__FN void springls__add_layer(const springls_context *ctx, const springl
     springls__add_nearby(ctx, lower, upper, nearby);
 }
 
-/* Finds the first hit of a ray, model coordinates: its triangle is of ctx->contour_surface. */
-SPRINGLS__FN springls_status springls__nearby_ray(springls_context *ctx, springls__v3 x, springls__v3 direction, float longest,
-                                                  springls__surface_hit *hit)
+/* Finds the first hit of a ray on the parts of the mesh that it meets. */
+SPRINGLS__FN springls_status springls__follow_nearby(springls_context *ctx, springls__v3 x, springls__v3 direction, float longest,
+                                                     springls__surface_hit *hit)
 {
     const springls__layered_ray ray = springls__layers_of_ray(ctx, x, direction);
-    const int axis = ray.axis, step = ray.along[axis] > 0.0 ? 1 : -1, deepest = 4;
-    int layer = springls__brick_along(ray.from[axis] - step * SPRINGLS__LAYER_SLACK, ray.last[axis]), layers = 2;
+    const int axis = ray.axis, step = ray.along[axis] > 0.0 ? 1 : -1;
+    int layer = springls__brick_along(ray.from[axis] - step * SPRINGLS__LAYER_SLACK, ray.last[axis]), layers = SPRINGLS__LAYERS;
     memset(hit, 0, sizeof *hit);
     hit->triangle = -1;
     while (layer >= -1 && layer <= ray.last[axis] && springls__layer_side(&ray, layer, step < 0) <= (double)longest) {
@@ -153,11 +154,24 @@ SPRINGLS__FN springls_status springls__nearby_ray(springls_context *ctx, springl
         for (k = 0; k < layers; k++) springls__add_layer(ctx, &ray, layer + step * k, (double)longest, &nearby);
         SPRINGLS__TRY(springls__make_nearby(ctx, &nearby));
         *hit = springls__surface_ray(&ctx->contour_surface, x, direction, longest);
-        if (hit->triangle >= 0 && (layers == deepest || (double)hit->t < ends - SPRINGLS__LAYER_SLACK / fabs(ray.along[axis])))
-            return SPRINGLS_OK;
-        if (hit->triangle < 0) layer += step * layers;
-        layers = hit->triangle < 0 ? 2 : deepest; /* a hit where they end: the next one may have an earlier one beside it */
+        if (hit->triangle < 0) {
+            layer += step * layers;
+            layers = SPRINGLS__LAYERS;
+            continue;
+        }
+        if (layers > SPRINGLS__LAYERS || (double)hit->t < ends - SPRINGLS__LAYER_SLACK / fabs(ray.along[axis])) break;
+        layers = 2 * SPRINGLS__LAYERS; /* a hit where they end: the layer behind may have an earlier one beside it */
     }
+    return SPRINGLS_OK;
+}
+
+/* Finds the first hit of a ray, model coordinates, one of `count` queries: its triangle is of ctx->contour_surface. */
+SPRINGLS__FN springls_status springls__nearby_ray(springls_context *ctx, int count, springls__v3 x, springls__v3 direction, float longest,
+                                                  springls__surface_hit *hit)
+{
+    if (springls__may_query_nearby(ctx, count)) return springls__follow_nearby(ctx, x, direction, longest, hit);
+    SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
+    *hit = springls__surface_ray(&ctx->contour_surface, x, direction, longest);
     return SPRINGLS_OK;
 }
 
@@ -187,27 +201,39 @@ SPRINGLS__FN bool springls__list_within(const springls_context *ctx, const sprin
     return nearby->bricks < SPRINGLS__MOST_NEARBY;
 }
 
-/* Finds the place of the mesh closest to a point of the world, x in model coordinates: its triangle is of ctx->contour_surface. */
-SPRINGLS__FN springls_status springls__nearby_closest(springls_context *ctx, const float *point, springls__v3 x, springls__surface_hit *hit)
+/* Finds the place closest to a point of the world, x in model coordinates, on the parts of the mesh that are near. found: false where they
+   would be too many. */
+SPRINGLS__FN springls_status springls__search_nearby(springls_context *ctx, const float *point, springls__v3 x, springls__surface_hit *hit,
+                                                     bool *found)
 {
     springls__level_search search;
     float radius;
     int tries;
+    *found = false;
     springls__level_search_begin(ctx, &search);
-    if (springls__level_closest(&search, point).found) {
-        radius = springls__sqrt(search.d2) + 1.0f;
-        for (tries = 0; tries < 2; tries++) {
-            springls__nearby nearby;
-            float d;
-            if (!springls__list_within(ctx, &search, radius, &nearby)) break;
-            SPRINGLS__TRY(springls__make_nearby(ctx, &nearby));
-            *hit = springls__surface_closest(&ctx->contour_surface, x, FLT_MAX);
-            if (hit->triangle < 0) break;
-            d = springls__sqrt(hit->hit.d2) + 2.0f * search.slack;
-            if (d <= radius) return SPRINGLS_OK;
-            radius = d;
-        }
+    if (!springls__level_closest(&search, point).found) return SPRINGLS_OK;
+    radius = springls__sqrt(search.d2) + 1.0f;
+    for (tries = 0; tries < 2 && !*found; tries++) {
+        springls__nearby nearby;
+        float d;
+        if (!springls__list_within(ctx, &search, radius, &nearby)) break;
+        SPRINGLS__TRY(springls__make_nearby(ctx, &nearby));
+        *hit = springls__surface_closest(&ctx->contour_surface, x, FLT_MAX);
+        if (hit->triangle < 0) break;
+        d = springls__sqrt(hit->hit.d2) + 2.0f * search.slack;
+        *found = d <= radius;
+        radius = d;
     }
+    return SPRINGLS_OK;
+}
+
+/* Finds the place of the mesh closest to a point of the world, one of `count` queries: its triangle is of ctx->contour_surface. */
+SPRINGLS__FN springls_status springls__nearby_closest(springls_context *ctx, int count, const float *point, springls__surface_hit *hit)
+{
+    const springls__v3 x = springls__world_to_model(ctx, point);
+    bool found = false;
+    if (springls__may_query_nearby(ctx, count)) SPRINGLS__TRY(springls__search_nearby(ctx, point, x, hit, &found));
+    if (found) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__contour_surface_refresh(ctx));
     *hit = springls__surface_closest(&ctx->contour_surface, x, FLT_MAX);
     return SPRINGLS_OK;

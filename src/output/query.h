@@ -143,7 +143,8 @@ SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, co
     if (springls__may_query_nearby(ctx, count)) {
         for (i = 0; i < count; i++) {
             springls__surface_hit h;
-            SPRINGLS__TRY(springls__nearby_ray(ctx, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f, &h));
+            SPRINGLS__TRY(springls__nearby_ray(ctx, count, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f,
+                                               &h));
             out[i] = springls__comes_from_inside(ctx, &h);
         }
         return SPRINGLS_OK;
@@ -625,12 +626,12 @@ SPRINGLS__FN springls_status springls__query_nearby(springls_context *ctx, const
             springls__model_ray ray;
             springls__hit_none(&q->out[i]);
             if (!springls__ray_of_query(q, i, &ray)) continue;
-            SPRINGLS__TRY(springls__nearby_ray(ctx, ray.x, ray.direction, ray.longest, &h));
+            SPRINGLS__TRY(springls__nearby_ray(ctx, count, ray.x, ray.direction, ray.longest, &h));
             springls__ray_hit_out(q, &ray, &h, &guess, &q->out[i]);
         } else {
             float point[3];
             const double left_out = springls__bring_near(ctx, q->points + 3 * (size_t)i, point);
-            SPRINGLS__TRY(springls__nearby_closest(ctx, point, springls__world_to_model(ctx, point), &h));
+            SPRINGLS__TRY(springls__nearby_closest(ctx, count, point, &h));
             springls__closest_hit_out(q, left_out, &h, &guess, &q->out[i]);
         }
     }

@@ -51,6 +51,24 @@ static void forget(springls_context *ctx)
 
 static bool same_hit(const springls_hit *a, const springls_hit *b) { return memcmp(a, b, sizeof *a) == 0; }
 
+/* Calls with 2 to 16 queries, one after the other: near ones and far ones, until parts have cost what the whole mesh does and after. */
+TEST batches_are_as_many(springls_context *ctx, const queries *q)
+{
+    springls_hit hit[16];
+    uint8_t inside[16];
+    int first, i, count = 2;
+    forget(ctx);
+    for (first = 0; first + count <= QUERIES; first += count, count = count < 15 ? count + 7 : 2) {
+        ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, q->points + 3 * first, count, hit));
+        for (i = 0; i < count; i++) ASSERT(same_hit(&q->closest[first + i], &hit[i]));
+        ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, q->origins + 3 * first, q->directions + 3 * first, count, 0.0f, hit));
+        for (i = 0; i < count; i++) ASSERT(same_hit(&q->hit[first + i], &hit[i]));
+        ASSERT_OK(springls_sample_inside(ctx, q->points + 3 * first, count, inside));
+        for (i = 0; i < count; i++) ASSERT_EQ(q->inside[first + i], inside[i]);
+    }
+    PASS();
+}
+
 TEST few_are_as_many(springls_context *ctx, float size)
 {
     static queries q;
@@ -79,6 +97,7 @@ TEST few_are_as_many(springls_context *ctx, float size)
         ASSERT_EQ(-1, hit.springl);
     }
     ASSERT(found > QUERIES / 2 && within > 2);
+    CHECK_CALL(batches_are_as_many(ctx, &q));
     PASS();
 }
 
@@ -200,6 +219,28 @@ TEST many_few_make_the_mesh(void)
     PASS();
 }
 
+/* A far point takes the whole mesh, which later ones of the call use. */
+TEST a_far_point_makes_the_mesh(void)
+{
+    const springls_params params = contoured();
+    const springls_desc desc = fixture_desc(64, &params);
+    const springls_sphere ball = { { 32.0f, 32.0f, 32.0f }, 20.0f };
+    const float points[9] = { 11.0f, 32.0f, 32.0f, 32.1f, 32.0f, 32.0f, 53.0f, 32.0f, 32.0f };
+    springls_context *ctx;
+    springls_hit hit[3];
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, (void *)&ball));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 1, hit));
+    ASSERT(springls__surface_is_stale(ctx));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, 3, hit));
+    ASSERT_FALSE(springls__surface_is_stale(ctx));
+    ASSERT_IN_RANGE(1.0, (double)hit[0].distance, 0.02);
+    ASSERT_IN_RANGE(19.9, (double)hit[1].distance, 0.02);
+    ASSERT_IN_RANGE(1.0, (double)hit[2].distance, 0.02);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Where memory runs out the call says so, and the next one finds what it should. */
 TEST memory_may_run_out(void)
 {
@@ -239,6 +280,7 @@ SUITE(nearby)
     RUN_TESTp(of_any_grid, false);
     RUN_TESTp(of_any_grid, true);
     RUN_TEST(many_few_make_the_mesh);
+    RUN_TEST(a_far_point_makes_the_mesh);
     RUN_TEST(memory_may_run_out);
 }
 
