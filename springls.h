@@ -23857,7 +23857,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
 {
     springls_status status;
     double until;
-    if (done) *done = true;
+    if (done) *done = !springls_step_in_progress(ctx);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
     if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: the seconds are NaN");
@@ -30504,7 +30504,7 @@ SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *
     double until;
     if (changed) *changed = NULL;
     if (count) *count = 0;
-    if (done) *done = true;
+    if (done) *done = !chunks || chunks->state == SPRINGLS__CHUNKS_IDLE;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",
@@ -50084,13 +50084,14 @@ SPRINGLS__TOOLS_API springls_status springls_combine_begin(springls_context *ctx
 
 SPRINGLS__TOOLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
 {
+    const bool in_progress = ctx && ctx->step.active && ctx->step.combination;
     springls_status status;
     double until;
-    if (done) *done = true;
+    if (done) *done = !in_progress;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "combine_continue", "done");
     if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_continue: the seconds are NaN");
-    if (!ctx->step.active || !ctx->step.combination) return SPRINGLS_OK;
+    if (!in_progress) return SPRINGLS_OK;
     until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
@@ -52987,20 +52988,27 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+/* Makes the mesh of all walls for a call. */
+SPRINGLS__FN springls_status springls__make_walls(springls_tiling *tiling, const char *call, springls_walls *walls)
 {
     springls__buffer buffers[4];
     springls_status status;
     int i;
-    if (walls) memset(walls, 0, sizeof *walls);
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
-    SPRINGLS__TRY(springls__check_voxels(tiling, "tiling_extract"));
-    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
+    memset(walls, 0, sizeof *walls);
+    SPRINGLS__TRY(springls__check_voxels(tiling, call));
+    SPRINGLS__TRY(springls__read_bodies(tiling, call));
     memset(buffers, 0, sizeof buffers);
     status = springls__extract_walls(tiling, buffers, walls);
     for (i = 0; i < 4; i++) springls__buffer_free(tiling->host, &buffers[i]);
     return status;
+}
+
+SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+{
+    if (walls) memset(walls, 0, sizeof *walls);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
+    return springls__make_walls(tiling, "tiling_extract", walls);
 }
 
 SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)
@@ -54166,6 +54174,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_facing(springls_tiling *ti
    hierarchy of its triangles, in world coordinates, so that distances are the world's on any grid. */
 
 typedef struct springls__wall_query {
+    const springls_context *host;
     const springls_walls *walls;
     const springls__surface *surface;
     const float *points;
@@ -54176,7 +54185,9 @@ SPRINGLS__FN void springls__closest_wall_task(void *arg, int begin, int end)
 {
     const springls__wall_query *q = (const springls__wall_query *)arg;
     for (; begin < end; begin++) {
-        const springls__v3 x = springls__load3(q->points + 3 * (size_t)begin);
+        float near_point[3];
+        const double left_out = springls__bring_near(q->host, q->points + 3 * (size_t)begin, near_point);
+        const springls__v3 x = springls__load3(near_point);
         const springls__surface_hit found = springls__surface_closest(q->surface, x, FLT_MAX);
         const bool any = found.triangle >= 0;
         const int32_t *labels = q->walls->labels + (any ? 2 * (size_t)found.triangle : 0);
@@ -54184,7 +54195,7 @@ SPRINGLS__FN void springls__closest_wall_task(void *arg, int begin, int end)
         const springls__v3 place = any ? found.hit.point : x;
         const int low = any && labels[0] > labels[1];
         out->point[0] = place.x, out->point[1] = place.y, out->point[2] = place.z;
-        out->distance = any ? springls__min(springls__length(springls__sub(place, x)), FLT_MAX) : FLT_MAX;
+        out->distance = any ? springls__whole_distance((double)springls__length(springls__sub(place, x)), left_out) : FLT_MAX;
         out->labels[0] = any ? labels[low] : SPRINGLS__NO_LABEL;
         out->labels[1] = any ? labels[!low] : SPRINGLS__NO_LABEL;
     }
@@ -54208,9 +54219,10 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tili
     springls_status status;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_points(tiling->host, points, count, out, "tiling_closest_wall"));
-    SPRINGLS__TRY(springls_tiling_extract(tiling, &walls));
+    SPRINGLS__TRY(springls__make_walls(tiling, "tiling_closest_wall", &walls));
     memset(&surface, 0, sizeof surface);
     status = springls__surface_of_walls(tiling, &walls, &surface);
+    q.host = tiling->host;
     q.walls = &walls;
     q.surface = &surface;
     q.points = points;

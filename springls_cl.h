@@ -27,7 +27,7 @@
 #define SPRINGLS_CL_H
 
 #ifdef SPRINGLS_NO_OPENCL
-#error "SPRINGLS_NO_OPENCL leaves out the kernels that springls_cl.h runs: define it only without this header"
+#error "SPRINGLS_NO_OPENCL, and so SPRINGLS_MINIMAL, leaves out the kernels that springls_cl.h runs: define them only without this header"
 #endif
 #include "springls.h"
 

@@ -1129,7 +1129,7 @@ SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *
     double until;
     if (changed) *changed = NULL;
     if (count) *count = 0;
-    if (done) *done = true;
+    if (done) *done = !chunks || chunks->state == SPRINGLS__CHUNKS_IDLE;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",

@@ -108,7 +108,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
 {
     springls_status status;
     double until;
-    if (done) *done = true;
+    if (done) *done = !springls_step_in_progress(ctx);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
     if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: the seconds are NaN");

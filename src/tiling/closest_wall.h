@@ -4,9 +4,11 @@
 #define SPRINGLS__TILING_CLOSEST_WALL_H
 
 #include "../model/closest_point.h"
+#include "../output/query.h"
 #include "walls.h"
 
 typedef struct springls__wall_query {
+    const springls_context *host;
     const springls_walls *walls;
     const springls__surface *surface;
     const float *points;
@@ -17,7 +19,9 @@ SPRINGLS__FN void springls__closest_wall_task(void *arg, int begin, int end)
 {
     const springls__wall_query *q = (const springls__wall_query *)arg;
     for (; begin < end; begin++) {
-        const springls__v3 x = springls__load3(q->points + 3 * (size_t)begin);
+        float near_point[3];
+        const double left_out = springls__bring_near(q->host, q->points + 3 * (size_t)begin, near_point);
+        const springls__v3 x = springls__load3(near_point);
         const springls__surface_hit found = springls__surface_closest(q->surface, x, FLT_MAX);
         const bool any = found.triangle >= 0;
         const int32_t *labels = q->walls->labels + (any ? 2 * (size_t)found.triangle : 0);
@@ -25,7 +29,7 @@ SPRINGLS__FN void springls__closest_wall_task(void *arg, int begin, int end)
         const springls__v3 place = any ? found.hit.point : x;
         const int low = any && labels[0] > labels[1];
         out->point[0] = place.x, out->point[1] = place.y, out->point[2] = place.z;
-        out->distance = any ? springls__min(springls__length(springls__sub(place, x)), FLT_MAX) : FLT_MAX;
+        out->distance = any ? springls__whole_distance((double)springls__length(springls__sub(place, x)), left_out) : FLT_MAX;
         out->labels[0] = any ? labels[low] : SPRINGLS__NO_LABEL;
         out->labels[1] = any ? labels[!low] : SPRINGLS__NO_LABEL;
     }
@@ -49,9 +53,10 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tili
     springls_status status;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_points(tiling->host, points, count, out, "tiling_closest_wall"));
-    SPRINGLS__TRY(springls_tiling_extract(tiling, &walls));
+    SPRINGLS__TRY(springls__make_walls(tiling, "tiling_closest_wall", &walls));
     memset(&surface, 0, sizeof surface);
     status = springls__surface_of_walls(tiling, &walls, &surface);
+    q.host = tiling->host;
     q.walls = &walls;
     q.surface = &surface;
     q.points = points;

@@ -412,20 +412,27 @@ SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+/* Makes the mesh of all walls for a call. */
+SPRINGLS__FN springls_status springls__make_walls(springls_tiling *tiling, const char *call, springls_walls *walls)
 {
     springls__buffer buffers[4];
     springls_status status;
     int i;
-    if (walls) memset(walls, 0, sizeof *walls);
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
-    SPRINGLS__TRY(springls__check_voxels(tiling, "tiling_extract"));
-    SPRINGLS__TRY(springls__read_bodies(tiling, "tiling_extract"));
+    memset(walls, 0, sizeof *walls);
+    SPRINGLS__TRY(springls__check_voxels(tiling, call));
+    SPRINGLS__TRY(springls__read_bodies(tiling, call));
     memset(buffers, 0, sizeof buffers);
     status = springls__extract_walls(tiling, buffers, walls);
     for (i = 0; i < 4; i++) springls__buffer_free(tiling->host, &buffers[i]);
     return status;
+}
+
+SPRINGLS__TILINGS_API springls_status springls_tiling_extract(springls_tiling *tiling, springls_walls *walls)
+{
+    if (walls) memset(walls, 0, sizeof *walls);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    if (!walls) return springls__fail_null(tiling->host, "tiling_extract", "walls");
+    return springls__make_walls(tiling, "tiling_extract", walls);
 }
 
 SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls_walls *walls)

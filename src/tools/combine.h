@@ -899,13 +899,14 @@ SPRINGLS__TOOLS_API springls_status springls_combine_begin(springls_context *ctx
 
 SPRINGLS__TOOLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
 {
+    const bool in_progress = ctx && ctx->step.active && ctx->step.combination;
     springls_status status;
     double until;
-    if (done) *done = true;
+    if (done) *done = !in_progress;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "combine_continue", "done");
     if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_continue: the seconds are NaN");
-    if (!ctx->step.active || !ctx->step.combination) return SPRINGLS_OK;
+    if (!in_progress) return SPRINGLS_OK;
     until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;

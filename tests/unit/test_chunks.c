@@ -388,7 +388,7 @@ TEST an_update_in_pieces(int material)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, NULL, &done));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, &count, NULL));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, (double)NAN, &changed, &count, &done));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, NAN, &changed, &count, &done));
+    ASSERT(!done); /* it goes on */
     scene_end(&whole);
     scene_end(&cut);
     PASS();

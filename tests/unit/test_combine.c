@@ -933,6 +933,7 @@ TEST pieces_end(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(NULL, 0.0, &done));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(inner, 0.0, NULL));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(inner, (double)NAN, &done));
+    ASSERT(!done); /* it goes on */
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, run_pieces(inner, -1.0, 1 << 20, &pieces, &done));
     ASSERT(done);
     ASSERT_EQ(0, springls_count(inner));

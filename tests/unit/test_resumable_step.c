@@ -479,6 +479,10 @@ TEST wrong_arguments_are_told(void)
     ASSERT_OK(springls_step_continue(s.ctx, 1.0, &done)); /* nothing to do */
     ASSERT(done);
     ASSERT(!springls_step_in_progress(NULL));
+    ASSERT_OK(springls_step_begin(s.ctx, &s.step));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_continue(s.ctx, (double)NAN, &done));
+    ASSERT(!done); /* it goes on */
+    while (!done) ASSERT_OK(springls_step_continue(s.ctx, 1.0, &done));
     bad = s.step;
     bad.dt = -1.0f;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &bad));

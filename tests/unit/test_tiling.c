@@ -290,6 +290,7 @@ TEST walls_are_found(void)
     springls_wall_hit hit[4];
     const float points[12] = { 13.9f, 13.0f, 13.0f, 8.0f, 12.0f, 14.0f, 24.0f, 12.5f, 13.0f, 17.0f, 12.0f, 1.0f };
     const float distance[4] = { 0.6f, 1.5f, 2.2f, 6.2f }, at[4] = { 13.3f, 6.5f, 21.8f, 7.2f };
+    const float far_away[3] = { -1e25f, 12.0f, 12.0f };
     static const int axis[4] = { 0, 0, 0, 2 };
     static const int32_t low[4] = { 5, 0, 0, 0 }, high[4] = { 8, 5, 8, 8 };
     uint64_t before;
@@ -299,6 +300,7 @@ TEST walls_are_found(void)
     ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_tiling_add_mesh(tiling, 5, points, 4, 0, bad, 1, NULL));
     ASSERT(error_has(tiling, "tiling_add_mesh: label 5"));
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_tiling_closest_wall(tiling, points, 4, hit));
+    ASSERT(error_has(tiling, "tiling_closest_wall: the tiling has no bodies"));
     ASSERT_OK(add_box(tiling, 5, 6.5f, 13.3f, &report));
     ASSERT(report.closed && report.springls > 100);
     ASSERT_OK(add_box(tiling, 8, 13.3f, 21.8f, NULL));
@@ -316,6 +318,10 @@ TEST walls_are_found(void)
         ASSERT_IN_RANGE(distance[i], hit[i].distance, 0.05f);
         ASSERT_IN_RANGE(at[i], hit[i].point[axis[i]], 0.05f);
     }
+    ASSERT_OK(springls_tiling_closest_wall(tiling, far_away, 1, hit));
+    ASSERT_EQ(0, hit[0].labels[0]);
+    ASSERT_EQ(5, hit[0].labels[1]);
+    ASSERT_IN_RANGE(1.0f, hit[0].distance / 1e25f, 1e-6f);
     ASSERT(before == springls_tiling_state_hash(tiling));
     springls_tiling_destroy(tiling);
     PASS();
