@@ -201,6 +201,7 @@ class Model:
     def _ctx(self):
         if self._busy:
             raise RuntimeError('a function that the model calls cannot use the model')
+        self._raised = None   # a call begins
         return self._handle
 
     def _wrap_progress(self, progress):
@@ -454,11 +455,11 @@ class Model:
 
     def _each_vertex(self, call, dtype, kind):
         """Returns what a call writes for each vertex of extract_mesh()."""
-        mesh = _ffi.new('springls_mesh *')
-        self._check(_lib.springls_extract_mesh(self._ctx, mesh))
+        mesh, ctx = _ffi.new('springls_mesh *'), self._ctx
+        self._check(_lib.springls_extract_mesh(ctx, mesh))
         out = np.empty(mesh.vertex_count, dtype)
-        status = call(self._ctx, mesh, _ffi.from_buffer(kind, out))
-        _lib.springls_mesh_free(self._ctx, mesh)
+        status = call(ctx, mesh, _ffi.from_buffer(kind, out))
+        _lib.springls_mesh_free(ctx, mesh)
         self._check(status)
         return out
 
@@ -728,11 +729,12 @@ class Model:
     def mesh_attribute(self, name):
         """Returns the values of an attribute at the vertices of extract_mesh(), (vertices, channels)."""
         index, desc, mesh = self._index(name), _ffi.new('springls_attribute_desc *'), _ffi.new('springls_mesh *')
-        self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
-        self._check(_lib.springls_extract_mesh(self._ctx, mesh))
+        ctx = self._ctx
+        self._check(_lib.springls_describe_attribute(ctx, index, desc))
+        self._check(_lib.springls_extract_mesh(ctx, mesh))
         out = np.empty((mesh.vertex_count, desc.channels), 'f4')
-        status = _lib.springls_mesh_attribute(self._ctx, mesh, index, _pointer(out))
-        _lib.springls_mesh_free(self._ctx, mesh)
+        status = _lib.springls_mesh_attribute(ctx, mesh, index, _pointer(out))
+        _lib.springls_mesh_free(ctx, mesh)
         self._check(status)
         return out
 

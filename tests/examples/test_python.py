@@ -163,6 +163,26 @@ class Right(unittest.TestCase):
             model.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
         self.assertEqual(model.count, 0)
 
+    def test_what_progress_raises_ends_with_its_call(self):
+        fractions, failed = [], []
+
+        def progress(fraction):
+            fractions.append(fraction)
+            if failed:
+                raise KeyError('progress')
+        model = springls.Model((24, 24, 24), progress=progress)
+
+        def distance(points):
+            failed.extend(fractions)
+            if failed:
+                raise ValueError('distance')
+            return np.linalg.norm(points - 12, axis=1) - 7
+        with self.assertRaisesRegex(ValueError, 'distance'):
+            model.set_implicit(distance)
+        self.assertEqual(len(fractions), 2)   # both have failed, the distance first
+        failed.clear()
+        model.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
+
     def test_combinations_in_pieces(self):
         whole, pieces, other = ball(), ball(), ball(radius=4)
         other.write(0, other.vertices() + (6, 0, 0), other.particles() + (6, 0, 0))
