@@ -33,7 +33,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"thicken", CLI_FLOAT, &set->thicken, "X",
          "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
         {"limbs", CLI_FLOAT, &set->limbs, "X",
-         "voxels of thickness that thinner limbs and sheets get, so that they stay whole; 0: as they are", 0, 10, NULL},
+         "voxels of thickness that thinner limbs and sheets get, at most 2 * band_half_width; 0: as they are", 0, 6, NULL},
         {"reach", CLI_INT, &set->reach, "N", "voxels: longest bridge to a body that touches nothing", 0, 1000, NULL},
         {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
          NULL},
@@ -140,6 +140,10 @@ int main(int argc, char **argv)
     }
     if (set->weights) {
         return morph_weights(&morph) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    if (set->limbs > 2.0f * morph.params.band_half_width) { /* half of it is a depth, which phi has as far as its band goes */
+        return cli_fail("morph", CLI_EXIT_USAGE, "--limbs %g: more than twice band_half_width, which is %g", (double)set->limbs,
+                        (double)morph.params.band_half_width);
     }
     const bool done = morph_read(&morph) && morph_prepare(&morph) && morph_run(&morph);
     if (done) {

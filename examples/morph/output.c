@@ -306,7 +306,7 @@ void morph_print(const struct morph *morph)
     printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
            s.intersections, s.min_components, s.max_components, s.specks);
-    printf("%d frames have more handles than both bodies in the neutral pose, such as arms that touch\n", s.with_handles);
+    printf("%d frames have more handles than both bodies in the neutral pose\n", s.with_handles);
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

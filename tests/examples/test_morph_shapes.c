@@ -269,6 +269,26 @@ TEST thin_limbs_become_thick_and_corners_stay(void)
     PASS();
 }
 
+/* phi of a model is clamped beyond its band, which is 2 to 6 voxels: the middle of a thick body looks no deeper than that. */
+TEST a_thick_body_stays_at_the_largest_thickness(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    const size_t count = (size_t)ROOM * ROOM * ROOM;
+    float *phi = malloc(count * sizeof *phi), *before = malloc(count * sizeof *before);
+    ASSERT(phi && before);
+    for (float band = 2.0f; band <= 3.0f; ++band) {
+        for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+            const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+            before[n] = phi[n] = fmaxf(-band - 1.0f, fminf(ball_at(p, 20, 20, 20, 15), band + 1.0f));
+        }
+        ASSERT_EQ(0, thin_places_thicken(&grid, phi, 2.0f * band));
+        ASSERT_MEM_EQ(before, phi, count * sizeof *phi);
+    }
+    free(phi);
+    free(before);
+    PASS();
+}
+
 TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
 {
     float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions), *weights = malloc(2 * TUBE_VERTICES * sizeof *weights);
@@ -386,6 +406,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_contour_grows_a_thin_limb);
     RUN_TEST(a_repair_opens_crevices_and_fills_hollows);
     RUN_TEST(thin_limbs_become_thick_and_corners_stay);
+    RUN_TEST(a_thick_body_stays_at_the_largest_thickness);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);

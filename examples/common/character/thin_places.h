@@ -6,9 +6,9 @@
 
 #include "character/solid_voxels.h"
 
-/* Unites a level set (negative inside, voxels; exact up to `thickness`) with balls of this diameter along the middle of all places
- * into which such a ball does not fit; edges and corners of what is thick stay as they are. Returns how many voxels become inside,
- * -1: memory. */
+/* Unites a level set (negative inside, voxels; it may be clamped beyond a depth of half of `thickness`, no sooner) with balls of this
+ * diameter along the middle of all places into which such a ball does not fit; edges and corners of what is thick stay as they are.
+ * Returns how many voxels become inside, -1: memory. */
 int thin_places_thicken(const struct solid_grid *grid, float *phi, float thickness);
 
 #endif
