@@ -551,8 +551,9 @@
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
    Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
-   to nothing: from a label map after some 200 steps. After 256 steps without forces all are put to rest: at lines where walls meet
-   some would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
+   to nothing: from a label map after some 200 steps. After 256 steps without forces, or 256 since springls were last
+   changed by hand, all are put to rest, and walls are no longer closed, where all models may sleep: at lines where walls meet some
+   would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
    Not there yet: backends, windows and combinations of whole tilings.
@@ -898,12 +899,12 @@
      >>neighbors_of_bodies  src/tiling/neighbors_of_bodies.h
      >>sheets               src/tiling/sheets.h
      >>tiling_snapshot      src/tiling/tiling_snapshot.h
+     >>tiling_rest          src/tiling/tiling_rest.h
      >>tiling_step          src/tiling/tiling_step.h
      >>films                src/tiling/films.h
      >>walls                src/tiling/walls.h
      >>decode               src/tiling/decode.h
      >>mirror               src/tiling/mirror.h
-     >>tiling_rest          src/tiling/tiling_rest.h
      >>closest_wall         src/tiling/closest_wall.h
      >>threads              src/runtime/threads.h
      >>displace_body:kernel kernels_embed/device/displace_body.h
@@ -2451,7 +2452,8 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
+   that. After 256 steps without forces or edits all bodies are put to rest as they are, and walls are no longer closed. report: may be
+   NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
@@ -35692,7 +35694,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1243 \"springls.h\"\n",
+    "#line 1244 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35806,7 +35808,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2719 \"springls.h\"\n",
+    "#line 2721 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35922,7 +35924,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2836 \"springls.h\"\n",
+    "#line 2838 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35944,7 +35946,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2859 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35959,7 +35961,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2875 \"springls.h\"\n",
+    "#line 2877 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36083,7 +36085,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2999 \"springls.h\"\n",
+    "#line 3001 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36153,7 +36155,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3070 \"springls.h\"\n",
+    "#line 3072 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -36373,7 +36375,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3291 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36388,7 +36390,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3306 \"springls.h\"\n",
+    "#line 3308 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36512,14 +36514,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3430 \"springls.h\"\n",
+    "#line 3432 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3438 \"springls.h\"\n",
+    "#line 3440 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36645,7 +36647,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3565 \"springls.h\"\n",
+    "#line 3567 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36700,7 +36702,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3621 \"springls.h\"\n",
+    "#line 3623 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36789,7 +36791,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3711 \"springls.h\"\n",
+    "#line 3713 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36801,7 +36803,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3723 \"springls.h\"\n",
+    "#line 3725 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36816,7 +36818,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3739 \"springls.h\"\n",
+    "#line 3741 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36860,7 +36862,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3783 \"springls.h\"\n",
+    "#line 3785 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36875,7 +36877,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3798 \"springls.h\"\n",
+    "#line 3800 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36919,7 +36921,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3842 \"springls.h\"\n",
+    "#line 3844 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -36998,7 +37000,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3921 \"springls.h\"\n",
+    "#line 3923 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37013,7 +37015,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3937 \"springls.h\"\n",
+    "#line 3939 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37080,7 +37082,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4004 \"springls.h\"\n",
+    "#line 4006 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37095,7 +37097,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4019 \"springls.h\"\n",
+    "#line 4021 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37162,7 +37164,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4087 \"springls.h\"\n",
+    "#line 4089 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37548,7 +37550,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4474 \"springls.h\"\n",
+    "#line 4476 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38257,7 +38259,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5184 \"springls.h\"\n",
+    "#line 5186 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38517,7 +38519,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5445 \"springls.h\"\n",
+    "#line 5447 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38719,7 +38721,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5648 \"springls.h\"\n",
+    "#line 5650 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38836,7 +38838,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5766 \"springls.h\"\n",
+    "#line 5768 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39033,7 +39035,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5963 \"springls.h\"\n",
+    "#line 5965 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39048,7 +39050,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5979 \"springls.h\"\n",
+    "#line 5981 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39242,7 +39244,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6173 \"springls.h\"\n",
+    "#line 6175 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39257,7 +39259,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6188 \"springls.h\"\n",
+    "#line 6190 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39451,7 +39453,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6999 \"springls.h\"\n",
+    "#line 7001 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39851,7 +39853,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7400 \"springls.h\"\n",
+    "#line 7402 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39877,7 +39879,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7427 \"springls.h\"\n",
+    "#line 7429 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39965,7 +39967,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7516 \"springls.h\"\n",
+    "#line 7518 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40105,7 +40107,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7657 \"springls.h\"\n",
+    "#line 7659 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40210,7 +40212,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7763 \"springls.h\"\n",
+    "#line 7765 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40442,7 +40444,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7996 \"springls.h\"\n",
+    "#line 7998 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40472,7 +40474,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8026 \"springls.h\"\n",
+    "#line 8028 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40487,7 +40489,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8042 \"springls.h\"\n",
+    "#line 8044 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40656,7 +40658,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8211 \"springls.h\"\n",
+    "#line 8213 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40671,7 +40673,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8226 \"springls.h\"\n",
+    "#line 8228 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40840,7 +40842,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8395 \"springls.h\"\n",
+    "#line 8397 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40894,7 +40896,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8450 \"springls.h\"\n",
+    "#line 8452 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40920,7 +40922,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8476 \"springls.h\"\n",
+    "#line 8478 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40935,7 +40937,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8492 \"springls.h\"\n",
+    "#line 8494 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41018,7 +41020,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8575 \"springls.h\"\n",
+    "#line 8577 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41033,7 +41035,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8590 \"springls.h\"\n",
+    "#line 8592 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41116,7 +41118,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8673 \"springls.h\"\n",
+    "#line 8675 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41190,7 +41192,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8748 \"springls.h\"\n",
+    "#line 8750 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41743,7 +41745,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9302 \"springls.h\"\n",
+    "#line 9304 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41839,7 +41841,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9399 \"springls.h\"\n",
+    "#line 9401 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41960,7 +41962,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9521 \"springls.h\"\n",
+    "#line 9523 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42241,7 +42243,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9803 \"springls.h\"\n",
+    "#line 9805 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42327,7 +42329,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9890 \"springls.h\"\n",
+    "#line 9892 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42470,7 +42472,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10034 \"springls.h\"\n",
+    "#line 10036 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42659,7 +42661,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10224 \"springls.h\"\n",
+    "#line 10226 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42784,7 +42786,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10350 \"springls.h\"\n",
+    "#line 10352 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42818,7 +42820,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10385 \"springls.h\"\n",
+    "#line 10387 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43356,7 +43358,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10924 \"springls.h\"\n",
+    "#line 10926 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43506,7 +43508,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11075 \"springls.h\"\n",
+    "#line 11077 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43584,7 +43586,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11154 \"springls.h\"\n",
+    "#line 11156 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43833,7 +43835,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11404 \"springls.h\"\n",
+    "#line 11406 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44058,7 +44060,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11630 \"springls.h\"\n",
+    "#line 11632 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44162,7 +44164,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11735 \"springls.h\"\n",
+    "#line 11737 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44259,7 +44261,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11833 \"springls.h\"\n",
+    "#line 11835 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44797,7 +44799,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12372 \"springls.h\"\n",
+    "#line 12374 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44830,7 +44832,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12406 \"springls.h\"\n",
+    "#line 12408 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44855,14 +44857,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12432 \"springls.h\"\n",
+    "#line 12434 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12439 \"springls.h\"\n",
+    "#line 12441 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44877,7 +44879,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12455 \"springls.h\"\n",
+    "#line 12457 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45003,7 +45005,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12581 \"springls.h\"\n",
+    "#line 12583 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45018,7 +45020,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12596 \"springls.h\"\n",
+    "#line 12598 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45144,7 +45146,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12723 \"springls.h\"\n",
+    "#line 12725 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45436,7 +45438,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13016 \"springls.h\"\n",
+    "#line 13018 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45571,7 +45573,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17695 \"springls.h\"\n",
+    "#line 17697 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46673,7 +46675,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18798 \"springls.h\"\n",
+    "#line 18800 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47283,7 +47285,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19409 \"springls.h\"\n",
+    "#line 19411 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47880,7 +47882,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47884 \"springls.h\"\n",
+    "#line 47886 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50810,6 +50812,7 @@ struct springls_tiling {
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
     int idle;                  /* steps without forces, the last ones; no more than MOST_IDLE are counted (tiling_rest.h) */
+    uint64_t stepped;          /* the sum of the bodies' springls_version after the last step (tiling_rest.h)         */
     int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
     uint64_t calm_hash;        /* of what springls have faced since                                                  */
     springls_tiling_report calm_report; /* the last one with gaps                                                    */
@@ -52109,6 +52112,81 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tili
     return status;
 }
 
+/* ======== >>tiling_rest  (src/tiling/tiling_rest.h) ============================================================ */
+/* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
+   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does.
+
+   Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
+   body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
+   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. The count begins anew where a caller has changed
+   the springls of a body, so that what he leaves has as many steps to settle; where a model may not sleep it does not begin. */
+
+/* Returns whether all models sleep. */
+SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls_at_rest(tiling->body[i].ctx)) return false;
+    return tiling->count > 0;
+}
+
+/* Lets a model sleep, with phi where its springls are. */
+SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    (void)tiling, (void)arg;
+    SPRINGLS__TRY(springls__begin_change(body->ctx));
+    springls__rest_all(body->ctx);
+    return SPRINGLS_OK;
+}
+
+/* Returns whether all models may sleep. */
+SPRINGLS__FN bool springls__bodies_may_sleep(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls__may_sleep(tiling->body[i].ctx)) return false;
+    return true;
+}
+
+/* Returns a number that is another after any change of springls. Reading a model, which may move its phi for a while, leaves it. */
+SPRINGLS__FN uint64_t springls__bodies_version(const springls_tiling *tiling)
+{
+    uint64_t sum = 0;
+    int i;
+    for (i = 0; i < tiling->count; i++) sum += tiling->body[i].ctx->springls_version;
+    return sum;
+}
+
+/* Returns how many steps without forces there have been since a caller has changed springls. */
+SPRINGLS__FN int springls__idle_steps(const springls_tiling *tiling)
+{
+    return springls__bodies_version(tiling) == tiling->stepped ? tiling->idle : 0;
+}
+
+/* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
+SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
+{
+    const bool woken = tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling);
+    if (forces || woken || !springls__bodies_may_sleep(tiling)) tiling->idle = 0;
+    else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
+}
+
+/* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */
+SPRINGLS__FN void springls__note_rest(springls_tiling *tiling, bool slept, const springls_tiling_report *report)
+{
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
+    int i;
+    if (!slept || !springls__bodies_sleep(tiling)) {
+        tiling->calm_steps = 0;
+        return;
+    }
+    for (i = 0; i < tiling->count; i++)
+        hash = springls__hash(hash, springls__facing_values(&tiling->body[i]), (size_t)springls_count(tiling->body[i].ctx) * sizeof(float));
+    tiling->calm_steps = hash == tiling->calm_hash ? springls__imin(tiling->calm_steps, INT32_MAX - 1) + 1 : 0;
+    tiling->calm_hash = hash;
+    if (report->faced) tiling->calm_report = *report;
+}
+
 /* ======== >>tiling_snapshot  (src/tiling/tiling_snapshot.h) ==================================================== */
 /* tiling_snapshot.h - a tiling as one block of bytes, laid out as that of a model (output/snapshot_format.h): numbers, the grid, and for
    each body its label and the block of its model. So all that is said of those blocks holds for these. */
@@ -52173,7 +52251,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     state.bodies = tiling->count;
     state.steps = tiling->steps;
     state.facing_known = tiling->facing_known;
-    state.idle = tiling->idle;
+    state.idle = springls__idle_steps(tiling);
     springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
     springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
     springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
@@ -52384,6 +52462,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
     tiling->idle = read->state.idle;
+    tiling->stepped = springls__bodies_version(tiling);
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
     tiling->calm_steps = 0;
@@ -53286,13 +53365,14 @@ SPRINGLS__FN int springls__place_at_film(const springls__film *film, int32_t lab
     return -1;
 }
 
-/* Returns the number of the pair of two places of four. */
+/* Returns the number of the pair of two places of four, -1: they are none. */
 SPRINGLS__FN int springls__pair_of_places(int a, int b)
 {
-    int p = 0;
-    while (springls__pair_places[p][0] + springls__pair_places[p][1] != a + b
-           || springls__pair_places[p][0] * springls__pair_places[p][1] != a * b) p++;
-    return p;
+    const int low = springls__imin(a, b), high = springls__imax(a, b);
+    int p;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++)
+        if (springls__pair_places[p][0] == low && springls__pair_places[p][1] == high) return p;
+    return -1;
 }
 
 /* Adds the pulls of a triangle to its corners that are junctions. */
@@ -53315,6 +53395,7 @@ SPRINGLS__FN springls_status springls__pull_junctions(springls_tiling *tiling, c
         springls__film_pull(corner, n, area2 > 0.0 ? tension / area2 : 0.0, i, pull);
         junction = (springls__junction *)tiling->junctions.data + film->junction;
         pair = springls__pair_of_places(springls__place_at_film(film, labels[0]), springls__place_at_film(film, labels[1]));
+        if (pair < 0) continue;
         junction->walled[pair] = true;
         for (k = 0; k < 3; k++) junction->pull[pair][k] += pull[k];
     }
@@ -53701,55 +53782,6 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
     return SPRINGLS_OK;
 }
 
-/* ======== >>tiling_rest  (src/tiling/tiling_rest.h) ============================================================ */
-/* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
-   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does.
-
-   Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
-   body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
-   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. */
-
-/* Returns whether all models sleep. */
-SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
-{
-    int i;
-    for (i = 0; i < tiling->count; i++)
-        if (!springls_at_rest(tiling->body[i].ctx)) return false;
-    return tiling->count > 0;
-}
-
-/* Lets a model sleep, with phi where its springls are. */
-SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
-{
-    (void)tiling, (void)arg;
-    SPRINGLS__TRY(springls__begin_change(body->ctx));
-    springls__rest_all(body->ctx);
-    return SPRINGLS_OK;
-}
-
-/* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
-SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
-{
-    if (forces || (tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling))) tiling->idle = 0;
-    else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
-}
-
-/* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */
-SPRINGLS__FN void springls__note_rest(springls_tiling *tiling, bool slept, const springls_tiling_report *report)
-{
-    uint64_t hash = SPRINGLS__HASH_BEGIN;
-    int i;
-    if (!slept || !springls__bodies_sleep(tiling)) {
-        tiling->calm_steps = 0;
-        return;
-    }
-    for (i = 0; i < tiling->count; i++)
-        hash = springls__hash(hash, springls__facing_values(&tiling->body[i]), (size_t)springls_count(tiling->body[i].ctx) * sizeof(float));
-    tiling->calm_steps = hash == tiling->calm_hash ? springls__imin(tiling->calm_steps, INT32_MAX - 1) + 1 : 0;
-    tiling->calm_hash = hash;
-    if (report->faced) tiling->calm_report = *report;
-}
-
 /* ======== >>tiling_step  (src/tiling/tiling_step.h) ============================================================ */
 /* tiling_step.h - a step of a tiling: every body by itself, side by side, then the walls. What fails on the way leaves the tiling as it
    was. */
@@ -54078,19 +54110,14 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+/* Makes a step in which something may change. On failure the tiling is left as it is. */
+SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
-    springls_tiling_report own;
     springls_status status;
     uint32_t steps;
     bool facing_known, slept;
     int count, idle, i;
-    if (!report) report = &own;
-    memset(report, 0, sizeof *report);
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
-    if (springls__only_counts(tiling, desc)) return springls__count_step(tiling, desc, report);
     slept = springls__bodies_sleep(tiling);
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
@@ -54118,6 +54145,21 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
     tiling->steps = steps;
     tiling->idle = idle;
     tiling->facing_known = facing_known;
+    return status;
+}
+
+SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                           springls_tiling_report *report)
+{
+    springls_tiling_report own;
+    springls_status status;
+    if (!report) report = &own;
+    memset(report, 0, sizeof *report);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    tiling->idle = springls__idle_steps(tiling);
+    status = (springls__only_counts(tiling, desc) ? springls__count_step : springls__whole_step)(tiling, desc, report);
+    tiling->stepped = springls__bodies_version(tiling);
     return status;
 }
 

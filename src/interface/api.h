@@ -1273,7 +1273,8 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
+   that. After 256 steps without forces or edits all bodies are put to rest as they are, and walls are no longer closed. report: may be
+   NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
    callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);

@@ -567,8 +567,9 @@
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
    Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
-   to nothing: from a label map after some 200 steps. After 256 steps without forces all are put to rest: at lines where walls meet
-   some would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
+   to nothing: from a label map after some 200 steps. After 256 steps without forces, or 256 since springls were last
+   changed by hand, all are put to rest, and walls are no longer closed, where all models may sleep: at lines where walls meet some
+   would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
    Not there yet: backends, windows and combinations of whole tilings.

@@ -56,6 +56,7 @@ struct springls_tiling {
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
     int idle;                  /* steps without forces, the last ones; no more than MOST_IDLE are counted (tiling_rest.h) */
+    uint64_t stepped;          /* the sum of the bodies' springls_version after the last step (tiling_rest.h)         */
     int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
     uint64_t calm_hash;        /* of what springls have faced since                                                  */
     springls_tiling_report calm_report; /* the last one with gaps                                                    */

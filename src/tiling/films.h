@@ -269,13 +269,14 @@ SPRINGLS__FN int springls__place_at_film(const springls__film *film, int32_t lab
     return -1;
 }
 
-/* Returns the number of the pair of two places of four. */
+/* Returns the number of the pair of two places of four, -1: they are none. */
 SPRINGLS__FN int springls__pair_of_places(int a, int b)
 {
-    int p = 0;
-    while (springls__pair_places[p][0] + springls__pair_places[p][1] != a + b
-           || springls__pair_places[p][0] * springls__pair_places[p][1] != a * b) p++;
-    return p;
+    const int low = springls__imin(a, b), high = springls__imax(a, b);
+    int p;
+    for (p = 0; p < SPRINGLS__JUNCTION_PAIRS; p++)
+        if (springls__pair_places[p][0] == low && springls__pair_places[p][1] == high) return p;
+    return -1;
 }
 
 /* Adds the pulls of a triangle to its corners that are junctions. */
@@ -298,6 +299,7 @@ SPRINGLS__FN springls_status springls__pull_junctions(springls_tiling *tiling, c
         springls__film_pull(corner, n, area2 > 0.0 ? tension / area2 : 0.0, i, pull);
         junction = (springls__junction *)tiling->junctions.data + film->junction;
         pair = springls__pair_of_places(springls__place_at_film(film, labels[0]), springls__place_at_film(film, labels[1]));
+        if (pair < 0) continue;
         junction->walled[pair] = true;
         for (k = 0; k < 3; k++) junction->pull[pair][k] += pull[k];
     }

@@ -3,7 +3,8 @@
 
    Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
    body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
-   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. */
+   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. The count begins anew where a caller has changed
+   the springls of a body, so that what he leaves has as many steps to settle; where a model may not sleep it does not begin. */
 #ifndef SPRINGLS__TILING_TILING_REST_H
 #define SPRINGLS__TILING_TILING_REST_H
 
@@ -30,10 +31,35 @@ SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
+/* Returns whether all models may sleep. */
+SPRINGLS__FN bool springls__bodies_may_sleep(const springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (!springls__may_sleep(tiling->body[i].ctx)) return false;
+    return true;
+}
+
+/* Returns a number that is another after any change of springls. Reading a model, which may move its phi for a while, leaves it. */
+SPRINGLS__FN uint64_t springls__bodies_version(const springls_tiling *tiling)
+{
+    uint64_t sum = 0;
+    int i;
+    for (i = 0; i < tiling->count; i++) sum += tiling->body[i].ctx->springls_version;
+    return sum;
+}
+
+/* Returns how many steps without forces there have been since a caller has changed springls. */
+SPRINGLS__FN int springls__idle_steps(const springls_tiling *tiling)
+{
+    return springls__bodies_version(tiling) == tiling->stepped ? tiling->idle : 0;
+}
+
 /* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
 SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
 {
-    if (forces || (tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling))) tiling->idle = 0;
+    const bool woken = tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling);
+    if (forces || woken || !springls__bodies_may_sleep(tiling)) tiling->idle = 0;
     else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
 }
 

@@ -5,6 +5,7 @@
 
 #include "../output/restore.h"
 #include "bodies.h"
+#include "tiling_rest.h"
 
 /* Lists the numbers of a tiling: X(type, name). */
 #define SPRINGLS__TILING_NUMBERS(X) X(int32_t, bodies) X(uint32_t, steps) X(int32_t, facing_known) X(int32_t, idle)
@@ -66,7 +67,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     state.bodies = tiling->count;
     state.steps = tiling->steps;
     state.facing_known = tiling->facing_known;
-    state.idle = tiling->idle;
+    state.idle = springls__idle_steps(tiling);
     springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
     springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
     springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
@@ -277,6 +278,7 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
     tiling->idle = read->state.idle;
+    tiling->stepped = springls__bodies_version(tiling);
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
     tiling->calm_steps = 0;

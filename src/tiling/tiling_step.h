@@ -335,19 +335,14 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+/* Makes a step in which something may change. On failure the tiling is left as it is. */
+SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
-    springls_tiling_report own;
     springls_status status;
     uint32_t steps;
     bool facing_known, slept;
     int count, idle, i;
-    if (!report) report = &own;
-    memset(report, 0, sizeof *report);
-    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
-    if (springls__only_counts(tiling, desc)) return springls__count_step(tiling, desc, report);
     slept = springls__bodies_sleep(tiling);
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
@@ -375,6 +370,21 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
     tiling->steps = steps;
     tiling->idle = idle;
     tiling->facing_known = facing_known;
+    return status;
+}
+
+SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                                           springls_tiling_report *report)
+{
+    springls_tiling_report own;
+    springls_status status;
+    if (!report) report = &own;
+    memset(report, 0, sizeof *report);
+    if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    tiling->idle = springls__idle_steps(tiling);
+    status = (springls__only_counts(tiling, desc) ? springls__count_step : springls__whole_step)(tiling, desc, report);
+    tiling->stepped = springls__bodies_version(tiling);
     return status;
 }
 
