@@ -284,7 +284,7 @@ bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence
 struct atlas_part {
     uint32_t label;
     double volume; /* ml */
-    double dice;   /* with the reference; NaN: it has not this label */
+    double dice;   /* with the reference; NaN: there is none, --label leaves it out, or neither has this label */
 };
 
 struct atlas_segment {

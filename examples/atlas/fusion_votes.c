@@ -258,12 +258,12 @@ bool fusion_vote(const struct fusion_template *template, const float *image, con
     const size_t voxels = volume_voxels(&template->image), labels = by_label && template->labels ? (size_t)template->label_count : 0;
     float *moments = malloc((2 * voxels + scratch_length(dims)) * sizeof *moments);
     votes->mean = calloc((4 + labels) * voxels, sizeof *votes->mean);
-    votes->voted = votes->mean + voxels;
-    votes->expected = votes->voted + voxels;
-    votes->target = votes->expected + voxels;
-    votes->shares = labels > 0 ? votes->target + voxels : NULL;
     bool good = moments && votes->mean;
     if (good) {
+        votes->voted = votes->mean + voxels;
+        votes->expected = votes->voted + voxels;
+        votes->target = votes->expected + voxels;
+        votes->shares = labels > 0 ? votes->target + voxels : NULL;
         memcpy(votes->target, image, voxels * sizeof *image);
         good = fusion_normalize(template, votes->target);
     }

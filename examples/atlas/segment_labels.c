@@ -55,7 +55,7 @@ static uint32_t label_at(const struct atlas_segment *run, const struct target *s
         return voted;
     }
     target_nearest(surface, &identity, place, &hit);
-    return run->regions[hit.vertex] > 0 ? run->regions[hit.vertex] : 1;
+    return run->regions[hit.vertex] > 0 ? run->regions[hit.vertex] : has_votes(run) ? run->atlas.label_ids[0] : 1;
 }
 
 bool atlas_segment_labels(const struct atlas_segment *run, const struct volume *grid, uint32_t *labels)
@@ -82,21 +82,32 @@ bool atlas_segment_labels(const struct atlas_segment *run, const struct volume *
     return good;
 }
 
+/* Returns true if the reference tells where the label is: --label may ask for others only. */
+static bool is_compared(const struct atlas_segment *run, uint32_t label)
+{
+    int asked[ATLAS_MAX_LABELS];
+    const int count = run->settings.label_text ? atlas_read_labels(run->settings.label_text, asked) : 0;
+    bool compared = count == 0;
+    for (int l = 0; l < count; ++l) {
+        compared = compared || (uint32_t)asked[l] == label;
+    }
+    return run->reference.ids && compared;
+}
+
 /* Counts a label's voxels, and where the reference has it too. */
 static void measure_label(const struct atlas_segment *run, const uint32_t *labels, struct atlas_part *part)
 {
-    const struct volume *reference = &run->reference;
-    const uint32_t *truth = reference->ids;
+    const uint32_t *truth = is_compared(run, part->label) ? run->reference.ids : NULL;
     const double voxel = 1e-3 * (double)run->image.spacing[0] * (double)run->image.spacing[1] * (double)run->image.spacing[2];
     size_t found = 0, there = 0, both = 0;
     for (size_t n = 0; n < volume_voxels(&run->image); ++n) {
-        const bool in = truth && reference->data[n] > 0.0f && truth[n] == part->label; /* data: of the labels asked for */
+        const bool in = truth && truth[n] == part->label;
         found += labels[n] == part->label;
         there += in;
         both += in && labels[n] == part->label;
     }
     part->volume = voxel * (double)found;
-    part->dice = there > 0 ? 2.0 * (double)both / (double)(found + there) : (double)NAN;
+    part->dice = truth && found + there > 0 ? 2.0 * (double)both / (double)(found + there) : (double)NAN;
 }
 
 bool atlas_measure_parts(struct atlas_segment *run)

@@ -345,45 +345,49 @@ static void mirror_mesh(struct shape_mesh *mesh, float about)
     }
 }
 
-/* Adds an id to an increasing list; returns false if memory is short. */
+static int compare_ids(const void *a, const void *b)
+{
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns the number from 1 of an id in an increasing list, 0: it is not there. */
+static int number_of_id(uint32_t id, const uint32_t *ids, size_t count)
+{
+    const uint32_t *found = count > 0 ? bsearch(&id, ids, count, sizeof *ids, compare_ids) : NULL;
+    return found ? (int)(found - ids) + 1 : 0;
+}
+
+/* Adds an id to an increasing list that has not got it; returns false if memory is short. */
 static bool add_id(uint32_t id, uint32_t **ids, size_t *count)
 {
-    size_t at = *count;
-    while (at > 0 && (*ids)[at - 1] > id) {
-        --at;
-    }
-    if (at > 0 && (*ids)[at - 1] == id) {
-        return true;
-    }
     uint32_t *more = realloc(*ids, (*count + 1) * sizeof *more);
     if (!more) {
         return false;
     }
-    memmove(more + at + 1, more + at, (*count - at) * sizeof *more);
+    size_t at = (*count)++;
+    for (; at > 0 && more[at - 1] > id; --at) {
+        more[at] = more[at - 1];
+    }
     more[at] = id;
     *ids = more;
-    ++*count;
     return true;
 }
 
 /* Replaces the values of a label map, of which a float does not hold all, by places from 1 in the list of its ids. */
 static bool number_labels(struct volume *all, uint32_t **ids, size_t *count)
 {
-    uint32_t last = 0;
-    int number = 0;
-    for (size_t n = 0; n < volume_voxels(all); ++n) {
-        if (all->ids[n] != 0 && all->ids[n] != last && !add_id(last = all->ids[n], ids, count)) {
+    const size_t voxels = volume_voxels(all);
+    for (size_t n = 0; n < voxels; ++n) {
+        const uint32_t id = all->ids[n];
+        const bool known = id == 0 || (n > 0 && id == all->ids[n - 1]) || number_of_id(id, *ids, *count) > 0;
+        if (!known && !add_id(id, ids, count)) {
             return atlas_no_memory();
         }
     }
-    last = 0;
-    for (size_t n = 0; n < volume_voxels(all); ++n) {
-        if (all->ids[n] != last) {
-            last = all->ids[n];
-            for (number = 0; last != 0 && (*ids)[number++] != last;) {
-            }
-        }
-        all->data[n] = (float)number;
+    for (size_t n = 0; n < voxels; ++n) {
+        const bool same = n > 0 && all->ids[n] == all->ids[n - 1];
+        all->data[n] = same ? all->data[n - 1] : (float)number_of_id(all->ids[n], *ids, *count);
     }
     return true;
 }
@@ -394,24 +398,21 @@ static bool read_map(const char *path, const int *labels, int count, struct volu
     char error[VOLUME_TEXT];
     size_t id_count = 0;
     *ids = NULL;
-    if (!volume_read_companion(path, -1, all, error)) {
+    if (!volume_read_companion(path, -1, all, error) || !volume_check_labels(all, path, error)) { /* so its labels are few */
         return atlas_fail("%s", error);
     }
     if (count > 0) {
         memcpy(numbers, labels, (size_t)count * sizeof *labels);
     }
     if (!all->ids || all->maximum <= 16777216.0f) {
-        return volume_check_labels(all, path, error) || atlas_fail("%s", error);
+        return true;
     }
     if (!number_labels(all, ids, &id_count)) {
         return false;
     }
     for (int l = 0; l < count; ++l) {
-        numbers[l] = 0;
-        for (size_t i = 0; i < id_count; ++i) {
-            numbers[l] = (*ids)[i] == (uint32_t)labels[l] ? (int)i + 1 : numbers[l];
-        }
-        numbers[l] = numbers[l] == 0 ? -1 : numbers[l]; /* no voxel has it */
+        const int number = number_of_id((uint32_t)labels[l], *ids, id_count);
+        numbers[l] = number > 0 ? number : -1; /* no voxel has it */
     }
     return true;
 }

@@ -6,6 +6,7 @@
 #include "imaging/segment_image.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,7 +93,7 @@ static int number_of(const struct atlas *atlas, int count, uint32_t label)
     return 0;
 }
 
-/* Lists the labels of the subjects' maps. Returns how many; 0 where there is only one, or more than vote. */
+/* Lists the labels of the subjects' maps. Returns how many; 0 where there is only one, or, with a note, more than vote. */
 static int list_labels(struct atlas_build *build)
 {
     struct atlas *atlas = &build->atlas;
@@ -104,6 +105,7 @@ static int list_labels(struct atlas_build *build)
             const uint32_t label = value > 0 && subject->label_ids ? subject->label_ids[value - 1] : value;
             if (label != 0 && number_of(atlas, count, label) == 0) {
                 if (count == FUSION_MAX_LABELS) {
+                    fprintf(stderr, "atlas: more than %d labels: they are not voted on, and arrive with the surface\n", FUSION_MAX_LABELS);
                     return 0;
                 }
                 atlas->label_ids[count++] = label;

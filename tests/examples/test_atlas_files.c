@@ -141,6 +141,32 @@ TEST bad_subjects_are_refused(void)
     PASS();
 }
 
+/* A scan of 32 bits, nearly all of whose values differ, in place of a label map; as floats they were few. */
+TEST scans_of_32_bits_are_no_labels(void)
+{
+    enum { SIDE = 64, VOXELS = SIDE * SIDE * SIDE };
+    const int dims[3] = {SIDE, SIDE, SIDE};
+    const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    const char *path = numbered(0, "scan32.nii", 0);
+    static uint32_t values[VOXELS];
+    char error[VOLUME_TEXT];
+    struct volume like;
+    struct atlas_subject subject;
+    for (int spread = 0; spread < 2; ++spread) { /* over all 32 bits, or over few floats */
+        for (uint32_t n = 0; n < VOXELS; ++n) values[n] = spread == 0 ? n * 2654435761u : 4000000000u + n % 4096;
+        ASSERT(volume_create(dims, spacing, origin, &like));
+        ASSERTm(error, volume_write_labels(path, &like, values, error));
+        volume_free(&like);
+        ASSERTm(error, volume_read_companion(path, -1, &like, error));
+        ASSERT_FALSE(volume_check_labels(&like, path, error));
+        ASSERT(strstr(error, "looks like a scan"));
+        volume_free(&like);
+        ASSERT_FALSE(atlas_subject_read(path, NULL, NULL, false, &subject));
+        atlas_subject_free(&subject);
+    }
+    PASS();
+}
+
 /* An image of another place, several in one file, and one that is constant. */
 TEST images_have_to_show_their_subjects(void)
 {
@@ -354,6 +380,7 @@ int main(int argc, char **argv)
     RUN_TEST(atlases_survive_their_files);
     RUN_TEST(broken_atlas_files_are_refused);
     RUN_TEST(bad_subjects_are_refused);
+    RUN_TEST(scans_of_32_bits_are_no_labels);
     RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(mirrored_subjects_lie_on_the_other_side);
     RUN_TEST(subjects_of_both_sides_are_refused);

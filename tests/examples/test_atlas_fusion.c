@@ -283,6 +283,15 @@ TEST subjects_fuse_into_an_unseen_image(void)
         ASSERT_IN_RANGE(run.parts[l].dice, confidence->label_dice[l], 0.08);
     }
     ASSERT_IN_RANGE(1e-3 * confidence->volume, run.parts[0].volume + run.parts[1].volume, 0.05 * 1e-3 * confidence->volume);
+    for (size_t n = 0; n < volume_voxels(&run.reference); ++n) { /* a label that the reference has nowhere is missed */
+        run.reference.ids[n] = run.reference.ids[n] == (uint32_t)FAR_LABEL ? 0 : run.reference.ids[n];
+    }
+    ASSERT(atlas_measure_parts(&run));
+    ASSERT(run.parts[0].dice > 0.88 && run.parts[1].dice == 0.0);
+    run.settings.label_text = "1"; /* of others the reference does not tell */
+    ASSERT(atlas_measure_parts(&run));
+    ASSERT(run.parts[0].dice > 0.88 && isnan(run.parts[1].dice));
+    run.settings.label_text = NULL;
     ASSERT(atlas_segment_output(&run));
     run.confidence.doubt = ATLAS_DISAGREES;
     ASSERT_FALSE(atlas_segment_output(&run));

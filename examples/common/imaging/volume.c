@@ -534,25 +534,28 @@ bool volume_read_like(const struct volume *like, const char *name, const char *p
     return false;
 }
 
-static int compare_floats(const void *a, const void *b)
+static int compare_values(const void *a, const void *b)
 {
-    const float x = *(const float *)a, y = *(const float *)b;
+    const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
+
+/* Returns a voxel's value, exact where there are ids. */
+static double value_at(const struct volume *volume, size_t n) { return volume->ids ? (double)volume->ids[n] : (double)volume->data[n]; }
 
 /* Returns how many values the image has, when they are few whole numbers; else 0. */
 static size_t few_values(const struct volume *volume)
 {
     enum { MOST = 1024 };
-    float values[MOST];
+    double values[MOST];
     size_t count = 0;
     for (size_t n = 0; n < volume_voxels(volume); ++n) {
-        const float value = volume->data[n];
-        if (!isfinite(value) || (n > 0 && value == volume->data[n - 1])
-            || bsearch(&value, values, count, sizeof *values, compare_floats)) {
+        const double value = value_at(volume, n);
+        if (!isfinite(value) || (n > 0 && value == value_at(volume, n - 1))
+            || bsearch(&value, values, count, sizeof *values, compare_values)) {
             continue;
         }
-        if (value != floorf(value) || count == MOST) {
+        if (value != floor(value) || count == MOST) {
             return 0;
         }
         size_t at = count++;
@@ -572,8 +575,8 @@ bool volume_is_label_map(const struct volume *volume)
         return false;
     }
     for (size_t n = 1; n < volume_voxels(volume); ++n) { /* neighbours along x; the ground does not count */
-        const float a = volume->data[n - 1], b = volume->data[n];
-        if (a > volume->minimum && b > volume->minimum) {
+        const double a = value_at(volume, n - 1), b = value_at(volume, n), ground = (double)volume->minimum;
+        if (a > ground && b > ground) {
             pairs += 1.0;
             equal += a == b ? 1.0 : 0.0;
         }
