@@ -6,7 +6,6 @@
 #include "springls/detail.h"
 #include "viewer/window.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,7 +103,7 @@ static void add_frame(struct sums *sums, const struct detail_world *world)
     sums->most_coarse = coarse > sums->most_coarse ? coarse : sums->most_coarse;
 }
 
-/* Draws the frames, until the window is closed. Returns what has failed; NULL: nothing. */
+/* Draws the frames, until the window is closed. Returns what has failed; "": that has been said; NULL: nothing. */
 static const char *fly(struct viewer_window *window, struct detail_world *world, springls_context *model, float grid, int frames,
                        struct viewer_surface *surfaces, const char *picture, struct times *times, struct sums *sums)
 {
@@ -132,7 +131,8 @@ static const char *fly(struct viewer_window *window, struct detail_world *world,
         upload(world, surfaces);
         draw(&window->scene.gl, world, surfaces, &camera);
         if (picture && i == frames / 3 && !viewer_scene_save(&window->scene, picture)) {
-            return errno ? strerror(errno) : "the picture cannot be written";
+            cli_write_failed("viewer", picture);
+            return "";
         }
         open = viewer_window_flip(window);
         add_frame(sums, world);
@@ -170,7 +170,7 @@ static bool write_report(const char *path, int grid, const struct detail_world *
     return json_close(&json);
 }
 
-/* Makes the world and its window, and flies. */
+/* Makes the world and its window, and flies. Returns as fly does. */
 static const char *fly_over(const springls_desc *desc, springls_context *model, int frames, struct viewer_app *app, const char *picture,
                             const char *json)
 {
@@ -182,12 +182,16 @@ static const char *fly_over(const springls_desc *desc, springls_context *model, 
                           calloc((size_t)frames, sizeof(double)), 0};
     struct sums sums = {0.0, 0.0, 0};
     struct viewer_surface *surfaces = NULL;
-    const char *failed = "out of memory";
+    const char *failed = NULL;
     memset(&world, 0, sizeof world);
     if (springls_set_implicit(model, detail_bodies, NULL) != SPRINGLS_OK) {
         failed = springls_last_error(model);
-    } else if (times.levels && times.upload_draw && times.frame && detail_load(&world, model, desc->grid.size)
-               && (surfaces = calloc((size_t)world.count + 1, sizeof *surfaces)) != NULL) {
+    } else if ((failed = detail_load(&world, model, desc->grid.size)) != NULL) {
+        /* nothing to fly over */
+    } else if (!times.levels || !times.upload_draw || !times.frame
+               || !(surfaces = calloc((size_t)world.count + 1, sizeof *surfaces))) {
+        failed = "out of memory";
+    } else {
         failed = error;
         if (viewer_window_open(&window, app, !picture, error)) {
             viewer_window_take_no_events(&window);

@@ -100,8 +100,10 @@ int main(int argc, char **argv)
         return fail(ctx);
     }
     const double loading = detail_seconds();
-    if (!detail_load(&world, ctx, desc.grid.size)) {
-        return fail(ctx);
+    const char *failed = detail_load(&world, ctx, desc.grid.size);
+    if (failed) {
+        fprintf(stderr, "flight: %s\n", failed);
+        return 1;
     }
     const double load_ms = 1e3 * (detail_seconds() - loading) / (3.0 * world.count);
     double drawn = 0.0, requests = 0.0, changes = 0.0, waiting = 0.0, coarse = 0.0;

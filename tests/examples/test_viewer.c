@@ -378,6 +378,7 @@ TEST a_flight_draws_levels_of_detail(void)
 TEST what_cannot_be_shown_ends_with_one_line(void)
 {
     const char *const nowhere[] = {"viewer", "--grid", "16", "--screenshot", "/nowhere/at all.png", NULL};
+    const char *const flight[] = {"viewer", "--fly", "2", "--grid", "128", "--screenshot", "/nowhere/at all.png", NULL};
     const char *const no_script[] = {"viewer", "--grid", "16", "--screenshot", "x.png", "--script", "/nowhere.txt", NULL};
     const char *const no_mesh[] = {"viewer", "/nowhere.obj", NULL}, *const usage[] = {"viewer", "--width", "0", NULL};
     ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(no_mesh));
@@ -402,6 +403,9 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
         ASSERT_EQ(1, lines_said());
         ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(nowhere));
         ASSERT_EQ(1, lines_said());
+        ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(flight));
+        ASSERT_EQ(1, lines_said());
+        ASSERT(said("/nowhere/at all.png"));
         ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(no_script));
         ASSERT_EQ(1, lines_said());
     }

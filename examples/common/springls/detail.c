@@ -147,8 +147,10 @@ static bool take(struct detail_world *world, const springls_chunk *listed, int c
     return good;
 }
 
-/* Finds the triangles of a level, and its errors. */
-static bool find_level(struct detail_world *world, springls_context *model, int level)
+static const char no_memory[] = "out of memory";
+
+/* Finds the triangles of a level, and its errors. Returns what has failed; NULL: nothing. */
+static const char *find_level(struct detail_world *world, springls_context *model, int level)
 {
     for (int i = 0; i < world->count; ++i) {
         world->request[i] = world->place[i].lod;
@@ -157,14 +159,17 @@ static bool find_level(struct detail_world *world, springls_context *model, int 
             world->request[i].neighbors[face] = level;
         }
     }
-    bool good = springls_chunks_lod(model, world->request, world->count) == SPRINGLS_OK;
+    if (springls_chunks_lod(model, world->request, world->count) != SPRINGLS_OK) {
+        return springls_last_error(model);
+    }
+    bool good = true;
     for (int i = 0; i < world->count && good; ++i) {
         const springls_lod *lod = &world->request[i];
         uint16_t *triangles = copy_of(lod->triangles, bytes_of(lod->triangle_count));
         world->place[i].level[level] = (struct detail_kept){triangles, lod->triangle_count, lod->error};
         good = lod->triangle_count == 0 || triangles;
     }
-    return good;
+    return good ? NULL : no_memory;
 }
 
 /* Shows all chunks at level 0. */
@@ -179,27 +184,32 @@ static void show_all(struct detail_world *world)
     }
 }
 
-bool detail_load(struct detail_world *world, springls_context *model, const int size[3])
+const char *detail_load(struct detail_world *world, springls_context *model, const int size[3])
 {
     springls_chunks *chunks;
     const springls_chunk *listed;
+    const char *failed = NULL;
     int count;
     memset(world, 0, sizeof *world);
     for (int k = 0; k < 3; ++k) {
         world->bricks[k] = (size[k] + CHUNK - 1) / CHUNK;
     }
     if (springls_chunks_create(model, NULL, &chunks) != SPRINGLS_OK) {
-        return false;
+        return springls_last_error(model);
     }
-    bool good = springls_chunks_update(model, chunks, &listed, &count) == SPRINGLS_OK && take(world, listed, count);
+    if (springls_chunks_update(model, chunks, &listed, &count) != SPRINGLS_OK) {
+        failed = springls_last_error(model);
+    } else if (!take(world, listed, count)) {
+        failed = no_memory;
+    }
     springls_chunks_destroy(model, chunks);
-    for (int level = 1; level < DETAIL_LEVELS && good; ++level) {
-        good = find_level(world, model, level);
+    for (int level = 1; level < DETAIL_LEVELS && !failed; ++level) {
+        failed = find_level(world, model, level);
     }
-    if (good) {
+    if (!failed) {
         show_all(world);
     }
-    return good;
+    return failed;
 }
 
 void detail_free(struct detail_world *world)

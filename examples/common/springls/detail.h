@@ -48,9 +48,9 @@ struct detail_world {
     struct detail_group **due;  /* those that are to change                      */
 };
 
-/* Copies the chunks of a model on a grid of `size`, and finds the triangles of every level once. Returns false where that fails: out of memory, or the reason
- * is the model's last error. detail_free in any case. */
-bool detail_load(struct detail_world *world, springls_context *model, const int size[3]);
+/* Copies the chunks of a model on a grid of `size`, and finds the triangles of every level once. Returns NULL, or what has failed, a text
+ * that lives as long as the model does and no other call of it fails. detail_free in any case. */
+const char *detail_load(struct detail_world *world, springls_context *model, const int size[3]);
 void detail_free(struct detail_world *world);
 
 /* Finds the level that each group should have, seen from `eye` (world) in a picture whose pixels are `pixel` wide at distance 1; lists
