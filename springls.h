@@ -2237,10 +2237,10 @@ typedef enum springls_operation {
    - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
      the other operations bodies are found again.
    - Memory grows by the other's original surface, some 80 bytes a triangle. Whenever 16384 have come, those go that no springl's
-     correspondence is near (1 voxel): after many cuts it grows by about what they leave, .03 MiB for a ball of 4 voxels, also where
-     that lies where earlier ones have left theirs. The rest keep their numbers. springls_set_reference begins anew with the present
+     correspondence is near (1 voxel): after many cuts it grows by about what they leave, .03 MiB for a ball of 4 voxels. A cut at
+     the place of an earlier one adds as much again. The rest keep their numbers. springls_set_reference begins anew with the present
      springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
-     combination until springls_destroy: memory that has never been touched would cost as long again as the copy.
+     combination until springls_destroy. It is kept because the first use of fresh memory takes about as long as the copy itself.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */
@@ -6439,7 +6439,8 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
+    int count, given;       /* given: triangles of the mesh given, more than count where some were dropped      */
+    int node_count;         /* nodes, but for those that join parts: see springls__bvh_nodes                    */
     int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
                                those that join them (bvh_join.h); 0: it was built at once                       */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
@@ -14077,10 +14078,16 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
+/* Returns how many nodes a hierarchy has room for: those of its parts, and two a part for what joins them. */
+SPRINGLS__FN size_t springls__bvh_nodes(const springls__surface *surface)
+{
+    return (size_t)surface->node_count + 2 * (size_t)surface->parts;
+}
+
 /* Makes room for a hierarchy of n triangles and so many nodes; keep: the triangles whose nodes are kept, or 0. */
 SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t nodes, size_t keep)
 {
-    const size_t kept = keep ? ((size_t)surface->node_count + 2 * (size_t)surface->parts) * sizeof(springls__bvh_node) : 0;
+    const size_t kept = keep ? springls__bvh_nodes(surface) * sizeof(springls__bvh_node) : 0;
     springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, nodes, sizeof(springls__bvh_node), kept);
     surface->order = (int *)surface->order_memory.data;
@@ -21386,7 +21393,7 @@ SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ct
 
 /* Writes what the interface shows of a component. */
 SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__current_component *item,
-                                           springls_component *out)
+                                                 springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
     double scale = fabs(springls__determinant(ctx->window.to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;
@@ -22465,7 +22472,7 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 
 /* Lists the death or split of a previous component. */
 SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
-                                                            int32_t previous)
+                                                           int32_t previous)
 {
     const springls_component *view = &graph->previous[previous].view;
     int parts, i;
@@ -22484,7 +22491,7 @@ SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx
 
 /* Lists the birth or merger of a current component. */
 SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
-                                                             int32_t current)
+                                                            int32_t current)
 {
     int parts, i;
     const springls__component_link *link = springls__links_of(graph, current, true, &parts);
@@ -25817,12 +25824,13 @@ SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, spri
                                                springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
 }
 
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not after
-   springls__surface_join, which puts a root behind its children. */
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not for a surface
+   with parts (bvh_join.h), where children can come before their parents. */
 SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
 {
     int n, i;
     if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS_ASSERT(!surface->parts);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
     surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
     for (n = surface->node_count - 1; n >= 0; n--) { /* children first */
@@ -30440,7 +30448,7 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 /* ---- the calls ---- */
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
-                                                    springls_chunks **out)
+                                                            springls_chunks **out)
 {
     springls_chunks *c;
     springls_status status;
@@ -30500,7 +30508,7 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
 }
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
-                                                      const springls_chunk **changed, int *count, bool *done)
+                                                              const springls_chunk **changed, int *count, bool *done)
 {
     springls_status status;
     double until;
@@ -30521,7 +30529,7 @@ SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *
 }
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
-                                                    const springls_chunk **changed, int *count)
+                                                            const springls_chunk **changed, int *count)
 {
     if (changed) *changed = NULL;
     if (count) *count = 0;
@@ -32783,7 +32791,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
 }
 
 SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
-                                              springls_hit *out)
+                                                       springls_hit *out)
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
@@ -32795,7 +32803,7 @@ SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, sp
 }
 
 SPRINGLS__QUERIES_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
-                                              const float *directions, int count, float max_distance, springls_hit *out)
+                                                       const float *directions, int count, float max_distance, springls_hit *out)
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
@@ -32932,7 +32940,7 @@ typedef struct springls__error_job {
 /* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
    is at most the largest spacing long, whatever the direction of the error. */
 SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
-                                                             springls__v3 a, float error, bool original)
+                                                              springls__v3 a, float error, bool original)
 {
     springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
     springls_error_estimate estimate;
@@ -34649,7 +34657,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
 }
 
 SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
-                                               size_t capacity, size_t *size)
+                                                          size_t capacity, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -35492,8 +35500,9 @@ SPRINGLS__FN void springls__delta_write(springls__delta *d, springls__block_name
     springls__delta_parts(d);
 }
 
-SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
-                                                     size_t snapshot_size, void *out, size_t capacity, size_t *size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size,
+                                                                const void *snapshot, size_t snapshot_size, void *out, size_t capacity,
+                                                                size_t *size)
 {
     springls__block_name names[2];
     springls__delta d;
@@ -35550,8 +35559,9 @@ SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, con
     return place == bytes && at == words;
 }
 
-SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
-                                                     size_t delta_size, void *out, size_t capacity, size_t *size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size,
+                                                                const void *delta, size_t delta_size, void *out, size_t capacity,
+                                                                size_t *size)
 {
     springls__block_name name, from, to;
     springls__coder c;
@@ -39453,7 +39463,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7001 \"springls.h\"\n",
+    "#line 7002 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39853,7 +39863,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7402 \"springls.h\"\n",
+    "#line 7403 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39879,7 +39889,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7429 \"springls.h\"\n",
+    "#line 7430 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39967,7 +39977,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7518 \"springls.h\"\n",
+    "#line 7519 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40107,7 +40117,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7659 \"springls.h\"\n",
+    "#line 7660 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40212,7 +40222,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7765 \"springls.h\"\n",
+    "#line 7766 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40444,7 +40454,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7998 \"springls.h\"\n",
+    "#line 7999 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40474,7 +40484,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8028 \"springls.h\"\n",
+    "#line 8029 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40489,7 +40499,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8044 \"springls.h\"\n",
+    "#line 8045 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40658,7 +40668,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8213 \"springls.h\"\n",
+    "#line 8214 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40673,7 +40683,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8228 \"springls.h\"\n",
+    "#line 8229 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40842,7 +40852,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8397 \"springls.h\"\n",
+    "#line 8398 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40896,7 +40906,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8452 \"springls.h\"\n",
+    "#line 8453 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40922,7 +40932,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8478 \"springls.h\"\n",
+    "#line 8479 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40937,7 +40947,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8494 \"springls.h\"\n",
+    "#line 8495 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41020,7 +41030,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8577 \"springls.h\"\n",
+    "#line 8578 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41035,7 +41045,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8592 \"springls.h\"\n",
+    "#line 8593 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41118,7 +41128,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8675 \"springls.h\"\n",
+    "#line 8676 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41192,7 +41202,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8750 \"springls.h\"\n",
+    "#line 8751 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41745,7 +41755,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9304 \"springls.h\"\n",
+    "#line 9305 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41841,7 +41851,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9401 \"springls.h\"\n",
+    "#line 9402 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41962,7 +41972,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9523 \"springls.h\"\n",
+    "#line 9524 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42243,7 +42253,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9805 \"springls.h\"\n",
+    "#line 9806 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42329,7 +42339,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9892 \"springls.h\"\n",
+    "#line 9893 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42472,7 +42482,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10036 \"springls.h\"\n",
+    "#line 10037 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42661,7 +42671,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10226 \"springls.h\"\n",
+    "#line 10227 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42786,7 +42796,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10352 \"springls.h\"\n",
+    "#line 10353 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42820,7 +42830,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10387 \"springls.h\"\n",
+    "#line 10388 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43358,7 +43368,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10926 \"springls.h\"\n",
+    "#line 10927 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43508,7 +43518,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11077 \"springls.h\"\n",
+    "#line 11078 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43586,7 +43596,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11156 \"springls.h\"\n",
+    "#line 11157 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43835,7 +43845,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11406 \"springls.h\"\n",
+    "#line 11407 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44060,7 +44070,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11632 \"springls.h\"\n",
+    "#line 11633 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44164,7 +44174,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11737 \"springls.h\"\n",
+    "#line 11738 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44261,7 +44271,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11835 \"springls.h\"\n",
+    "#line 11836 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44799,7 +44809,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12374 \"springls.h\"\n",
+    "#line 12375 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44832,7 +44842,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12408 \"springls.h\"\n",
+    "#line 12409 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44857,14 +44867,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12434 \"springls.h\"\n",
+    "#line 12435 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12441 \"springls.h\"\n",
+    "#line 12442 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44879,7 +44889,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12457 \"springls.h\"\n",
+    "#line 12458 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45005,7 +45015,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12583 \"springls.h\"\n",
+    "#line 12584 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45020,7 +45030,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12598 \"springls.h\"\n",
+    "#line 12599 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45146,7 +45156,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12725 \"springls.h\"\n",
+    "#line 12726 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45438,7 +45448,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13018 \"springls.h\"\n",
+    "#line 13019 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45573,7 +45583,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17697 \"springls.h\"\n",
+    "#line 17704 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46675,7 +46685,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18800 \"springls.h\"\n",
+    "#line 18807 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47285,7 +47295,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19411 \"springls.h\"\n",
+    "#line 19418 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47882,7 +47892,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47886 \"springls.h\"\n",
+    "#line 47896 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -48576,8 +48586,9 @@ SPRINGLS__FN void springls__undo_back(springls_context *ctx, const springls__und
 }
 
 /* ======== >>bvh_join  (src/model/bvh_join.h) =================================================================== */
-/* bvh_join.h - joins hierarchies: each stays a part, and a few nodes above hang the parts below one root. So it costs what is added. What
-   is closest, and what is near, does not depend on how triangles lie in a hierarchy. */
+/* bvh_join.h - joins hierarchies: each stays a part, and a few nodes above hang the parts below one root. So it costs what is added, and
+   n parts cost n log(n) more: combinations make one each, until a removal of unused triangles (combined_originals.h) leaves none in it.
+   Which triangle is closest, or hit first, does not depend on the order in the hierarchy: ties go to the lowest index. */
 
 /* Returns how many parts a hierarchy has, and their roots. */
 SPRINGLS__FN int springls__bvh_parts(const springls__surface *surface, const springls__bvh_node **root)
@@ -48592,57 +48603,98 @@ SPRINGLS__FN springls_status springls__parts_room(springls_context *ctx, springl
 {
     const springls__bvh_node *root;
     const size_t parts = (size_t)springls__bvh_parts(surface, &root) + (size_t)springls__bvh_parts(other, &root);
-    const size_t nodes = 1 + (size_t)surface->node_count + (size_t)other->node_count + 2 * parts;
+    const size_t nodes = 1 + (size_t)surface->node_count + (size_t)other->node_count + 2 * parts; /* as springls__bvh_nodes says of both */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &to->parts_memory, parts + 1, sizeof *root, (size_t)to->parts * sizeof *root));
     return springls__nodes_room(ctx, to, n, nodes, keep);
 }
 
+/* A node that is being copied, with what is below it. */
+typedef struct springls__bvh_copied {
+    const springls__bvh_node *node;
+    springls__bvh_node *out;
+    int first, beside;      /* triangles placed, and nodes there were, before                   */
+    int child, left;        /* children that have been begun; triangles of the first            */
+} springls__bvh_copied;
+
 /* Triangles that are copied from one hierarchy to another: as number[i], -1: left out, or, where that is NULL, as i + shift. */
 typedef struct springls__bvh_copy {
     const springls__surface *from;
-    springls__surface *to;  /* has points for all of them */
+    springls__surface *to;  /* after springls__bvh_make_parts; has points for all of them       */
     const int *number;
-    int shift, placed;      /* placed: triangles of `to` in its order */
+    int shift, placed;      /* placed: triangles of `to` in its order                           */
+    int part;               /* of `from`, to be copied next                                     */
+    springls__bvh_copied stack[SPRINGLS__BVH_STACK]; /* a node and those above it               */
+    int top;
 } springls__bvh_copy;
 
-/* Copies a node, and what is below it. A node of few triangles becomes a leaf, and one without stays out. Returns how many it has. */
-SPRINGLS__FN int springls__bvh_copy_node(springls__bvh_copy *copy, const springls__bvh_node *node, springls__bvh_node *out)
+/* Begins to copy a node. Its children will lie side by side. */
+SPRINGLS__FN void springls__bvh_copy_begin(springls__bvh_copy *copy, const springls__bvh_node *node, springls__bvh_node *out)
 {
-    const int first = copy->placed, beside = copy->to->node_count;
-    int i, left = 0;
-    for (i = node->first; i < node->first + node->count; i++) {
+    springls__bvh_copied *copied = &copy->stack[copy->top++];
+    copied->node = node;
+    copied->out = out;
+    copied->first = copy->placed;
+    copied->beside = copy->to->node_count;
+    copied->child = copied->left = 0;
+    if (!node->count) copy->to->node_count += 2;
+}
+
+/* Places the triangles of a leaf. */
+SPRINGLS__FN void springls__bvh_copy_triangles(springls__bvh_copy *copy, const springls__bvh_node *leaf)
+{
+    int i;
+    for (i = leaf->first; i < leaf->first + leaf->count; i++) {
         const int triangle = copy->from->order[i], number = copy->number ? copy->number[triangle] : triangle + copy->shift;
         if (number >= 0) copy->to->order[copy->placed++] = number;
     }
-    if (!node->count) {
-        springls__bvh_node *child = &copy->to->nodes[beside];
-        copy->to->node_count += 2;
-        left = springls__bvh_copy_node(copy, &copy->from->nodes[node->first], &child[0]);
-        springls__bvh_copy_node(copy, &copy->from->nodes[node->first + 1], &child[1]);
-    }
-    out->count = copy->placed - first;
-    out->first = first;
-    if (out->count <= SPRINGLS__BVH_LEAF) {
-        copy->to->node_count = beside;
-        if (out->count == 0) return 0;
-    } else if (left == 0 || left == out->count) {
-        *out = copy->to->nodes[beside + (left == 0)];
-        return copy->placed - first;
+}
+
+/* Ends a node, after what is below it. One of few triangles becomes a leaf, and one without stays out. */
+SPRINGLS__FN void springls__bvh_copy_end(springls__bvh_copy *copy, const springls__bvh_copied *copied)
+{
+    springls__bvh_node *out = copied->out;
+    const int count = copy->placed - copied->first;
+    out->count = count;
+    out->first = copied->first;
+    if (count <= SPRINGLS__BVH_LEAF) {
+        copy->to->node_count = copied->beside;
+        if (count == 0) return;
+    } else if (copied->left == 0 || copied->left == count) {
+        *out = copy->to->nodes[copied->beside + (copied->left == 0)];
+        return;
     } else {
-        out->first = beside;
+        out->first = copied->beside;
         out->count = 0;
     }
     springls__bvh_bound_node(copy->to, out);
-    return copy->placed - first;
 }
 
-/* Copies part i of a hierarchy as a part of another one, which has at least one already or is empty; one without triangles is left out. */
-SPRINGLS__FN void springls__bvh_copy_part(springls__bvh_copy *copy, int i)
+/* Goes on with the topmost node: begins a child, or ends it. A part without triangles is left out. */
+SPRINGLS__FN void springls__bvh_copy_node(springls__bvh_copy *copy)
+{
+    springls__bvh_copied *copied = &copy->stack[copy->top - 1];
+    if (!copied->node->count && copied->child < 2) {
+        const int child = copied->child++;
+        if (child == 1) copied->left = copy->placed - copied->first;
+        springls__bvh_copy_begin(copy, &copy->from->nodes[copied->node->first + child], &copy->to->nodes[copied->beside + child]);
+        return;
+    }
+    springls__bvh_copy_triangles(copy, copied->node);
+    springls__bvh_copy_end(copy, copied);
+    copy->top--;
+    if (!copy->top && copy->placed > copied->first) copy->to->parts++;
+}
+
+/* Copies the parts of a hierarchy as parts of another one, in at most so many visits of nodes. Returns false at the end. */
+SPRINGLS__FN bool springls__bvh_copy_some(springls__bvh_copy *copy, int most)
 {
     const springls__bvh_node *root;
     springls__bvh_node *own = (springls__bvh_node *)copy->to->parts_memory.data;
-    springls__bvh_parts(copy->from, &root);
-    if (springls__bvh_copy_node(copy, &root[i], &own[copy->to->parts]) > 0) copy->to->parts++;
+    const int parts = springls__bvh_parts(copy->from, &root);
+    for (; (copy->top || copy->part < parts) && most > 0; most--)
+        if (copy->top) springls__bvh_copy_node(copy);
+        else springls__bvh_copy_begin(copy, &root[copy->part++], &own[copy->to->parts]);
+    return copy->top || copy->part < parts;
 }
 
 /* Makes a hierarchy one that parts can be joined to: its own root, if it has one, becomes that of a part. */
@@ -48666,12 +48718,13 @@ SPRINGLS__FN void springls__bvh_bound_parts(springls__bvh_node *node, const spri
         }
 }
 
-/* Hangs the parts of a hierarchy below one root, by median splits as in springls__bvh_split. items: room for as many as parts. */
-SPRINGLS__FN void springls__bvh_hang(springls__surface *surface, springls__bvh_item *items)
+/* Hangs the parts of a hierarchy below one root, by median splits as in springls__bvh_split. The nodes that this takes lie from `next`
+   on. items: room for as many as parts. */
+SPRINGLS__FN void springls__bvh_hang(springls__surface *surface, springls__bvh_item *items, int next)
 {
     const springls__bvh_node *part = (const springls__bvh_node *)surface->parts_memory.data;
     struct { int node, first, count; } stack[SPRINGLS__BVH_STACK];
-    int i, k, top = 1, next = surface->node_count;
+    int i, k, top = 1;
     for (i = 0; i < surface->parts; i++) {
         for (k = 0; k < 3; k++) items[i].center[k] = part[i].lower[k] + part[i].upper[k];
         items[i].triangle = i;
@@ -48817,7 +48870,7 @@ typedef struct springls__both_originals {
     springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
     springls__bvh_copy copy[2];    /* of the hierarchies of the first, where it is made anew, and of the other */
-    int next_part;                 /* of the first, to be copied next                                  */
+    int copying;                   /* which of them; 2: both are there                                 */
     bool turn;                     /* the triangles of the other                                       */
     bool drops, joined, taken;
 } springls__both_originals;
@@ -48917,51 +48970,45 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
         }
 }
 
-/* Begins to copy the hierarchies. */
+/* Begins to copy the hierarchies. To those of the model itself they are added behind the rest, in which meanwhile all is found as before:
+   so the nodes that join the parts make way. */
 SPRINGLS__FN void springls__hierarchy_begin(springls_context *ctx, springls__both_originals *both)
 {
+    springls__surface *to = both->to;
+    both->before = ctx->original;
+    both->joined = !both->drops;
+    both->copying = both->drops ? 0 : 1;
     memset(both->copy, 0, sizeof both->copy);
     both->copy[0].from = &ctx->original;
     both->copy[1].from = both->other;
-    both->copy[0].to = both->copy[1].to = both->to;
+    both->copy[0].to = both->copy[1].to = to;
     both->copy[0].number = (const int *)both->number.data;
     both->copy[1].shift = both->count - both->other->count;
-    both->next_part = 0;
-    if (both->drops) springls__bvh_make_parts(&both->made);
+    both->copy[1].placed = to->count;
+    springls__bvh_make_parts(to);
+    if (both->joined) springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count + both->other->node_count);
 }
 
-/* Returns true while parts of the first hierarchy are to be copied to the one that is made anew. */
-SPRINGLS__FN bool springls__has_part_to_copy(const springls_context *ctx, const springls__both_originals *both)
+/* Returns true while hierarchies are to be copied. */
+SPRINGLS__FN bool springls__has_part_to_copy(const springls__both_originals *both) { return both->copying < 2; }
+
+/* Copies some nodes of them. */
+SPRINGLS__FN void springls__copy_some_parts(springls__both_originals *both, int most)
 {
-    const springls__bvh_node *root;
-    return both->drops && both->next_part < springls__bvh_parts(&ctx->original, &root);
+    if (springls__bvh_copy_some(&both->copy[both->copying], most)) return;
+    if (both->copying == 0) both->copy[1].placed = both->copy[0].placed;
+    both->copying++;
 }
 
-/* Copies parts of it, with some triangles. */
-SPRINGLS__FN void springls__copy_some_parts(springls_context *ctx, springls__both_originals *both, int most)
-{
-    const int placed = both->copy[0].placed;
-    while (springls__has_part_to_copy(ctx, both) && both->copy[0].placed - placed < most)
-        springls__bvh_copy_part(&both->copy[0], both->next_part++);
-}
-
-/* Adds the hierarchy of the other. */
+/* Hangs the parts of both below one root. */
 SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
 {
-    const springls__bvh_node *root;
-    const int given = ctx->original.given + both->other->given, parts = springls__bvh_parts(both->other, &root);
     springls__surface *to = both->to;
-    int i;
-    both->before = ctx->original;
-    both->joined = !both->drops;
-    both->copy[1].placed = both->drops ? both->copy[0].placed : to->count;
-    springls__bvh_make_parts(to);
-    for (i = 0; i < parts; i++) springls__bvh_copy_part(&both->copy[1], i);
     to->source = (int *)to->source_memory.data;
-    to->given = given;
+    to->given = ctx->original.given + both->other->given;
     to->count = both->count;
     to->dipoles = NULL;
-    springls__bvh_hang(to, (springls__bvh_item *)both->items.data);
+    springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count);
 }
 
 /* Exchanges the original surface of the model with that which was made anew, or back. */
@@ -48984,7 +49031,7 @@ SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both
     own->given = both->before.given;
     own->node_count = both->before.node_count;
     own->parts = springls__bvh_parts(&both->before, &root);
-    springls__bvh_hang(own, (springls__bvh_item *)both->items.data);
+    springls__bvh_hang(own, (springls__bvh_item *)both->items.data, own->node_count);
     own->parts = both->before.parts;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;
@@ -49787,12 +49834,12 @@ SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
 
 SPRINGLS__FN bool springls__copies_parts(const springls_context *ctx)
 {
-    return springls__has_part_to_copy(ctx, &ctx->step.combination->originals);
+    return springls__has_part_to_copy(&ctx->step.combination->originals);
 }
 
 SPRINGLS__FN springls_status springls__copy_parts(springls_context *ctx)
 {
-    springls__copy_some_parts(ctx, &ctx->step.combination->originals, 4096);
+    springls__copy_some_parts(&ctx->step.combination->originals, 4096);
     return SPRINGLS_OK;
 }
 
@@ -50122,7 +50169,7 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
 }
 
 SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
-                                                             springls_implicit_fn fn, void *user)
+                                                                    springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
     springls_status status;
@@ -50143,7 +50190,7 @@ SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_con
 }
 
 SPRINGLS__TOOLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
-                                                       springls_implicit_fn fn, void *user)
+                                                              springls_implicit_fn fn, void *user)
 {
     SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));
     return springls__finish_step(ctx);
@@ -51429,7 +51476,8 @@ SPRINGLS__FN springls_status springls__add_body(springls_tiling *tiling, const s
     return status;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn,
+                                                                   void *user)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -51442,9 +51490,9 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tili
     return springls__add_body(tiling, &given);
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
-                                                      size_t stride, const int *triangles, int triangle_count,
-                                                      springls_mesh_report *report)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions,
+                                                               int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                               springls_mesh_report *report)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -52272,8 +52320,8 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
-                                                      size_t *size)
+SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out,
+                                                               size_t capacity, size_t *size)
 {
     size_t bytes;
     if (size) *size = 0;
@@ -52369,7 +52417,8 @@ SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, sprin
         at += springls__padded(bytes);
     }
     if (at != size || !read->has_numbers || !read->has_grid || read->state.bodies != count || count == 1
-        || !springls__flag_good(read->state.facing_known) || read->state.idle < 0 || read->state.idle > SPRINGLS__MOST_IDLE) return springls__block_fails(tiling, "damaged");
+        || !springls__flag_good(read->state.facing_known) || read->state.idle < 0 || read->state.idle > SPRINGLS__MOST_IDLE)
+        return springls__block_fails(tiling, "damaged");
     return SPRINGLS_OK;
 }
 
@@ -54253,7 +54302,8 @@ SPRINGLS__FN springls_status springls__surface_of_walls(springls_tiling *tiling,
     return springls__surface_finish(tiling->host, surface, walls->triangle_count);
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count,
+                                                                   springls_wall_hit *out)
 {
     springls__surface surface;
     springls__wall_query q;

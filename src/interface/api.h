@@ -1058,10 +1058,10 @@ typedef enum springls_operation {
    - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
      the other operations bodies are found again.
    - Memory grows by the other's original surface, some 80 bytes a triangle. Whenever 16384 have come, those go that no springl's
-     correspondence is near (1 voxel): after many cuts it grows by about what they leave, .03 MiB for a ball of 4 voxels, also where
-     that lies where earlier ones have left theirs. The rest keep their numbers. springls_set_reference begins anew with the present
+     correspondence is near (1 voxel): after many cuts it grows by about what they leave, .03 MiB for a ball of 4 voxels. A cut at
+     the place of an earlier one adds as much again. The rest keep their numbers. springls_set_reference begins anew with the present
      springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
-     combination until springls_destroy: memory that has never been touched would cost as long again as the copy.
+     combination until springls_destroy. It is kept because the first use of fresh memory takes about as long as the copy itself.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */

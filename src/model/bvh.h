@@ -181,10 +181,16 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
+/* Returns how many nodes a hierarchy has room for: those of its parts, and two a part for what joins them. */
+SPRINGLS__FN size_t springls__bvh_nodes(const springls__surface *surface)
+{
+    return (size_t)surface->node_count + 2 * (size_t)surface->parts;
+}
+
 /* Makes room for a hierarchy of n triangles and so many nodes; keep: the triangles whose nodes are kept, or 0. */
 SPRINGLS__FN springls_status springls__nodes_room(springls_context *ctx, springls__surface *surface, size_t n, size_t nodes, size_t keep)
 {
-    const size_t kept = keep ? ((size_t)surface->node_count + 2 * (size_t)surface->parts) * sizeof(springls__bvh_node) : 0;
+    const size_t kept = keep ? springls__bvh_nodes(surface) * sizeof(springls__bvh_node) : 0;
     springls_status status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, nodes, sizeof(springls__bvh_node), kept);
     surface->order = (int *)surface->order_memory.data;

@@ -27,12 +27,13 @@ SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, spri
                                                springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
 }
 
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not after
-   springls__surface_join, which puts a root behind its children. */
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not for a surface
+   with parts (bvh_join.h), where children can come before their parents. */
 SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
 {
     int n, i;
     if (surface->dipoles || !surface->count) return SPRINGLS_OK;
+    SPRINGLS_ASSERT(!surface->parts);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
     surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
     for (n = surface->node_count - 1; n >= 0; n--) { /* children first */

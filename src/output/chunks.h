@@ -1063,7 +1063,7 @@ SPRINGLS__FN void springls__chunks_start(springls_context *ctx, springls_chunks 
 /* ---- the calls ---- */
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
-                                                    springls_chunks **out)
+                                                            springls_chunks **out)
 {
     springls_chunks *c;
     springls_status status;
@@ -1123,7 +1123,7 @@ SPRINGLS__FN springls_status springls__chunks_continue(springls_context *ctx, sp
 }
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
-                                                      const springls_chunk **changed, int *count, bool *done)
+                                                              const springls_chunk **changed, int *count, bool *done)
 {
     springls_status status;
     double until;
@@ -1144,7 +1144,7 @@ SPRINGLS__CHUNKS_API springls_status springls_chunks_continue(springls_context *
 }
 
 SPRINGLS__CHUNKS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
-                                                    const springls_chunk **changed, int *count)
+                                                            const springls_chunk **changed, int *count)
 {
     if (changed) *changed = NULL;
     if (count) *count = 0;

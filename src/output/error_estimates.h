@@ -19,7 +19,7 @@ typedef struct springls__error_job {
 /* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
    is at most the largest spacing long, whatever the direction of the error. */
 SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
-                                                             springls__v3 a, float error, bool original)
+                                                              springls__v3 a, float error, bool original)
 {
     springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
     springls_error_estimate estimate;

@@ -696,7 +696,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
 }
 
 SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
-                                              springls_hit *out)
+                                                       springls_hit *out)
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "closest"));
@@ -708,7 +708,7 @@ SPRINGLS__QUERIES_API springls_status springls_closest(springls_context *ctx, sp
 }
 
 SPRINGLS__QUERIES_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
-                                              const float *directions, int count, float max_distance, springls_hit *out)
+                                                       const float *directions, int count, float max_distance, springls_hit *out)
 {
     springls__hit_query q;
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));

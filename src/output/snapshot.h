@@ -276,7 +276,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
 }
 
 SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
-                                               size_t capacity, size_t *size)
+                                                          size_t capacity, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;

@@ -159,8 +159,9 @@ SPRINGLS__FN void springls__delta_write(springls__delta *d, springls__block_name
     springls__delta_parts(d);
 }
 
-SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
-                                                     size_t snapshot_size, void *out, size_t capacity, size_t *size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size,
+                                                                const void *snapshot, size_t snapshot_size, void *out, size_t capacity,
+                                                                size_t *size)
 {
     springls__block_name names[2];
     springls__delta d;
@@ -217,8 +218,9 @@ SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, con
     return place == bytes && at == words;
 }
 
-SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
-                                                     size_t delta_size, void *out, size_t capacity, size_t *size)
+SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size,
+                                                                const void *delta, size_t delta_size, void *out, size_t capacity,
+                                                                size_t *size)
 {
     springls__block_name name, from, to;
     springls__coder c;

@@ -60,7 +60,8 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
+    int count, given;       /* given: triangles of the mesh given, more than count where some were dropped      */
+    int node_count;         /* nodes, but for those that join parts: see springls__bvh_nodes                    */
     int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
                                those that join them (bvh_join.h); 0: it was built at once                       */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */

@@ -253,7 +253,7 @@ SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ct
 
 /* Writes what the interface shows of a component. */
 SPRINGLS__FN void springls__write_component_view(const springls_context *ctx, const springls__current_component *item,
-                                           springls_component *out)
+                                                 springls_component *out)
 {
     const springls__surface_sums *sums = &item->surface;
     double scale = fabs(springls__determinant(ctx->window.to_world)), weight = sums->volume != 0.0 ? 1.0 / sums->volume : 0.0;

@@ -174,7 +174,7 @@ SPRINGLS__FN springls_status springls__place_at_seam(springls_context *ctx, cons
 
 /* Lists the death or split of a previous component. */
 SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx, const springls__component_graph *graph,
-                                                            int32_t previous)
+                                                           int32_t previous)
 {
     const springls_component *view = &graph->previous[previous].view;
     int parts, i;
@@ -193,7 +193,7 @@ SPRINGLS__FN springls_status springls__list_split_or_death(springls_context *ctx
 
 /* Lists the birth or merger of a current component. */
 SPRINGLS__FN springls_status springls__list_merger_or_birth(springls_context *ctx, const springls__component_graph *graph,
-                                                             int32_t current)
+                                                            int32_t current)
 {
     int parts, i;
     const springls__component_link *link = springls__links_of(graph, current, true, &parts);

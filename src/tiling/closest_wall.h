@@ -45,7 +45,8 @@ SPRINGLS__FN springls_status springls__surface_of_walls(springls_tiling *tiling,
     return springls__surface_finish(tiling->host, surface, walls->triangle_count);
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count, springls_wall_hit *out)
+SPRINGLS__TILINGS_API springls_status springls_tiling_closest_wall(springls_tiling *tiling, const float *points, int count,
+                                                                   springls_wall_hit *out)
 {
     springls__surface surface;
     springls__wall_query q;

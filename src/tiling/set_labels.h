@@ -402,7 +402,8 @@ SPRINGLS__FN springls_status springls__add_body(springls_tiling *tiling, const s
     return status;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn, void *user)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tiling *tiling, int32_t label, springls_implicit_fn fn,
+                                                                   void *user)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
@@ -415,9 +416,9 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_add_implicit(springls_tili
     return springls__add_body(tiling, &given);
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions, int position_count,
-                                                      size_t stride, const int *triangles, int triangle_count,
-                                                      springls_mesh_report *report)
+SPRINGLS__TILINGS_API springls_status springls_tiling_add_mesh(springls_tiling *tiling, int32_t label, const float *positions,
+                                                               int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                               springls_mesh_report *report)
 {
     springls__new_body given;
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;

@@ -88,8 +88,8 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
-SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
-                                                      size_t *size)
+SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out,
+                                                               size_t capacity, size_t *size)
 {
     size_t bytes;
     if (size) *size = 0;
@@ -185,7 +185,8 @@ SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, sprin
         at += springls__padded(bytes);
     }
     if (at != size || !read->has_numbers || !read->has_grid || read->state.bodies != count || count == 1
-        || !springls__flag_good(read->state.facing_known) || read->state.idle < 0 || read->state.idle > SPRINGLS__MOST_IDLE) return springls__block_fails(tiling, "damaged");
+        || !springls__flag_good(read->state.facing_known) || read->state.idle < 0 || read->state.idle > SPRINGLS__MOST_IDLE)
+        return springls__block_fails(tiling, "damaged");
     return SPRINGLS_OK;
 }
 

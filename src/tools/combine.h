@@ -600,12 +600,12 @@ SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
 
 SPRINGLS__FN bool springls__copies_parts(const springls_context *ctx)
 {
-    return springls__has_part_to_copy(ctx, &ctx->step.combination->originals);
+    return springls__has_part_to_copy(&ctx->step.combination->originals);
 }
 
 SPRINGLS__FN springls_status springls__copy_parts(springls_context *ctx)
 {
-    springls__copy_some_parts(ctx, &ctx->step.combination->originals, 4096);
+    springls__copy_some_parts(&ctx->step.combination->originals, 4096);
     return SPRINGLS_OK;
 }
 
@@ -935,7 +935,7 @@ SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, spr
 }
 
 SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_context *ctx, springls_operation operation,
-                                                             springls_implicit_fn fn, void *user)
+                                                                    springls_implicit_fn fn, void *user)
 {
     springls_context *other = NULL;
     springls_status status;
@@ -956,7 +956,7 @@ SPRINGLS__TOOLS_API springls_status springls_combine_implicit_begin(springls_con
 }
 
 SPRINGLS__TOOLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
-                                                       springls_implicit_fn fn, void *user)
+                                                              springls_implicit_fn fn, void *user)
 {
     SPRINGLS__TRY(springls_combine_implicit_begin(ctx, operation, fn, user));
     return springls__finish_step(ctx);

@@ -123,7 +123,7 @@ typedef struct springls__both_originals {
     springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
     springls__bvh_copy copy[2];    /* of the hierarchies of the first, where it is made anew, and of the other */
-    int next_part;                 /* of the first, to be copied next                                  */
+    int copying;                   /* which of them; 2: both are there                                 */
     bool turn;                     /* the triangles of the other                                       */
     bool drops, joined, taken;
 } springls__both_originals;
@@ -223,51 +223,45 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
         }
 }
 
-/* Begins to copy the hierarchies. */
+/* Begins to copy the hierarchies. To those of the model itself they are added behind the rest, in which meanwhile all is found as before:
+   so the nodes that join the parts make way. */
 SPRINGLS__FN void springls__hierarchy_begin(springls_context *ctx, springls__both_originals *both)
 {
+    springls__surface *to = both->to;
+    both->before = ctx->original;
+    both->joined = !both->drops;
+    both->copying = both->drops ? 0 : 1;
     memset(both->copy, 0, sizeof both->copy);
     both->copy[0].from = &ctx->original;
     both->copy[1].from = both->other;
-    both->copy[0].to = both->copy[1].to = both->to;
+    both->copy[0].to = both->copy[1].to = to;
     both->copy[0].number = (const int *)both->number.data;
     both->copy[1].shift = both->count - both->other->count;
-    both->next_part = 0;
-    if (both->drops) springls__bvh_make_parts(&both->made);
+    both->copy[1].placed = to->count;
+    springls__bvh_make_parts(to);
+    if (both->joined) springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count + both->other->node_count);
 }
 
-/* Returns true while parts of the first hierarchy are to be copied to the one that is made anew. */
-SPRINGLS__FN bool springls__has_part_to_copy(const springls_context *ctx, const springls__both_originals *both)
+/* Returns true while hierarchies are to be copied. */
+SPRINGLS__FN bool springls__has_part_to_copy(const springls__both_originals *both) { return both->copying < 2; }
+
+/* Copies some nodes of them. */
+SPRINGLS__FN void springls__copy_some_parts(springls__both_originals *both, int most)
 {
-    const springls__bvh_node *root;
-    return both->drops && both->next_part < springls__bvh_parts(&ctx->original, &root);
+    if (springls__bvh_copy_some(&both->copy[both->copying], most)) return;
+    if (both->copying == 0) both->copy[1].placed = both->copy[0].placed;
+    both->copying++;
 }
 
-/* Copies parts of it, with some triangles. */
-SPRINGLS__FN void springls__copy_some_parts(springls_context *ctx, springls__both_originals *both, int most)
-{
-    const int placed = both->copy[0].placed;
-    while (springls__has_part_to_copy(ctx, both) && both->copy[0].placed - placed < most)
-        springls__bvh_copy_part(&both->copy[0], both->next_part++);
-}
-
-/* Adds the hierarchy of the other. */
+/* Hangs the parts of both below one root. */
 SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
 {
-    const springls__bvh_node *root;
-    const int given = ctx->original.given + both->other->given, parts = springls__bvh_parts(both->other, &root);
     springls__surface *to = both->to;
-    int i;
-    both->before = ctx->original;
-    both->joined = !both->drops;
-    both->copy[1].placed = both->drops ? both->copy[0].placed : to->count;
-    springls__bvh_make_parts(to);
-    for (i = 0; i < parts; i++) springls__bvh_copy_part(&both->copy[1], i);
     to->source = (int *)to->source_memory.data;
-    to->given = given;
+    to->given = ctx->original.given + both->other->given;
     to->count = both->count;
     to->dipoles = NULL;
-    springls__bvh_hang(to, (springls__bvh_item *)both->items.data);
+    springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count);
 }
 
 /* Exchanges the original surface of the model with that which was made anew, or back. */
@@ -290,7 +284,7 @@ SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both
     own->given = both->before.given;
     own->node_count = both->before.node_count;
     own->parts = springls__bvh_parts(&both->before, &root);
-    springls__bvh_hang(own, (springls__bvh_item *)both->items.data);
+    springls__bvh_hang(own, (springls__bvh_item *)both->items.data, own->node_count);
     own->parts = both->before.parts;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;

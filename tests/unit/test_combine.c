@@ -1,6 +1,8 @@
 /* test_combine.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes
    and places on the original surfaces kept, combinations in pieces, refusals, memory that runs out. */
 #include "fixtures.h"
+#include "../../src/model/closest_point.h"
+#include "../../src/tools/combine.h"
 
 enum { SIZE = 40 };
 
@@ -808,6 +810,84 @@ TEST the_same_bits_in_pieces(int operation, double seconds)
     PASS();
 }
 
+/* A ball whose mesh has many more triangles than it has springls. */
+static springls_context *fine_ball(float x, float radius)
+{
+    enum { ROWS = 48, COLUMNS = 96, VERTICES = 2 + (ROWS - 1) * COLUMNS, TRIANGLES = 2 * COLUMNS * (ROWS - 1) };
+    static float positions[3 * VERTICES];
+    static int corners[3 * TRIANGLES];
+    springls_context *ctx = fixture_context(SIZE, NULL);
+    int v, row, column, count = 0;
+    for (v = 0; v < VERTICES; v++) { /* the poles are the last two */
+        const double up = v == VERTICES - 2 ? 0.0 : v == VERTICES - 1 ? fixture_pi : fixture_pi * (v / COLUMNS + 1) / ROWS;
+        const double round = 2.0 * fixture_pi * (v % COLUMNS) / COLUMNS;
+        positions[3 * v] = x + radius * (float)(sin(up) * cos(round));
+        positions[3 * v + 1] = 19.7f + radius * (float)(sin(up) * sin(round));
+        positions[3 * v + 2] = 19.4f + radius * (float)cos(up);
+    }
+    for (row = -1; row < ROWS - 1; row++)
+        for (column = 0; column < COLUMNS; column++) {
+            const int next = (column + 1) % COLUMNS, north = VERTICES - 2, south = VERTICES - 1;
+            const int a = row < 0 ? north : row * COLUMNS + column, b = row < 0 ? north : row * COLUMNS + next;
+            const int c = row == ROWS - 2 ? south : (row + 1) * COLUMNS + column, d = row == ROWS - 2 ? south : (row + 1) * COLUMNS + next;
+            if (c != d) { corners[3 * count] = a; corners[3 * count + 1] = c; corners[3 * count++ + 2] = d; }
+            if (a != b) { corners[3 * count] = a; corners[3 * count + 1] = d; corners[3 * count++ + 2] = b; }
+        }
+    if (springls_set_mesh(ctx, positions, VERTICES, 0, corners, count, NULL) == SPRINGLS_OK) return ctx;
+    springls_destroy(ctx);
+    return NULL;
+}
+
+/* Returns the original triangle closest to a point. */
+static int closest_original(const springls_context *ctx, int i)
+{
+    const springls__v3 x = springls__v3_make((float)(i % 7) * 6.0f, (float)(i % 5) * 9.0f, (float)i);
+    return springls__surface_closest(&ctx->original, x, FLT_MAX).triangle;
+}
+
+/* Hierarchies of many nodes are copied in pieces, between which places on the original surface are found as before: where they are joined
+   (drops = 0), and where the original surface is made anew without what is unused. */
+TEST hierarchies_are_copied_in_pieces(int drops)
+{
+    enum { POINTS = 40, LEAST_PIECES = 3 };
+    springls_context *ctx = ball_at(15.3f, 8.0f), *tool = fine_ball(23.3f, 7.0f), *whole = ball_at(15.3f, 8.0f);
+    int before[POINTS], placed = 0, pieces = 0, k, i;
+    bool done = false, stop;
+    ASSERT(tool);
+    for (k = 0; k < drops; k++) {
+        ASSERT_OK(springls_combine(ctx, SPRINGLS_OPERATION_UNION, tool));
+        ASSERT_OK(springls_combine(whole, SPRINGLS_OPERATION_UNION, tool));
+    }
+    for (i = 0; i < POINTS; i++) before[i] = closest_original(ctx, i);
+    ASSERT_OK(springls_combine(whole, SPRINGLS_OPERATION_DIFFERENCE, tool));
+    for (stop = true;; stop = false) { /* the first is given up in the middle, and leaves no trace */
+        ASSERT_OK(springls_combine_begin(ctx, SPRINGLS_OPERATION_DIFFERENCE, tool));
+        for (done = false, pieces = placed = 0; !done && !(stop && pieces == 2);) {
+            const springls__both_originals *both = &ctx->step.combination->originals;
+            if (both->copy[1].to && both->copying < 2) {
+                const int now = both->copy[both->copying].placed;
+                ASSERT_EQ(drops != 0, both->drops);
+                ASSERT_LTE(now - placed, SPRINGLS__BVH_LEAF * 4096 + ctx->original.count * !pieces);
+                placed = now;
+                pieces++;
+                for (i = 0; i < POINTS; i++) ASSERT_EQ(before[i], closest_original(ctx, i));
+            }
+            ASSERT_OK(springls_combine_continue(ctx, 0.0, &done));
+        }
+        if (!stop) break;
+        ctx->step.combination->other->model_version++; /* of the tool, or of a copy */
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(ctx, 0.0, &done));
+        for (i = 0; i < POINTS; i++) ASSERT_EQ(before[i], closest_original(ctx, i));
+    }
+    ASSERT_GTE(pieces, LEAST_PIECES);
+    ASSERT_EQ(springls_state_hash(whole), springls_state_hash(ctx));
+    for (i = 0; i < POINTS; i++) ASSERT_EQ(closest_original(whole, i), closest_original(ctx, i));
+    springls_destroy(ctx);
+    springls_destroy(tool);
+    springls_destroy(whole);
+    PASS();
+}
+
 /* A model is as one that has never been combined: also in later bits. */
 static greatest_test_res is_untouched(springls_context *ctx, springls_context *twin)
 {
@@ -1021,6 +1101,7 @@ int main(int argc, char **argv)
     for (i = 0; i < 3; i++) RUN_TESTp(the_same_bits_in_pieces, i, 0.0);
     RUN_TESTp(the_same_bits_in_pieces, 0, 0.001);
     RUN_TESTp(the_same_bits_in_pieces, 2, 1e10);
+    for (i = 0; i < 2; i++) RUN_TESTp(hierarchies_are_copied_in_pieces, i);
     for (i = 0; i < 6 * STOPS; i++) RUN_TESTp(stopped_in_the_middle, i % STOPS, 4 + 40 * (i / STOPS));
     for (i = 0; i < 3; i++) RUN_TESTp(attributes_of_the_tool_stay, i);
     RUN_TEST(pieces_end);
