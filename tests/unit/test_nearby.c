@@ -26,7 +26,7 @@ static void choose(const springls_context *ctx, queries *q, float size)
     const int count = springls_count(ctx);
     int i, k;
     for (i = 0; i < QUERIES; i++) {
-        const springls__v3 p = ctx->model.set.s[(int)fixture_bits() % count].p;
+        const springls__v3 p = fixture_particle(ctx, (int)fixture_bits() % count);
         const springls__v3 near = springls__mad(p, fixture_direction(), fixture_between(0.0f, 2.0f));
         const springls__v3 from = i % 5 == 0 ? near : fixture_point(-0.5f * size, 1.5f * size);
         float towards[3];
