@@ -53493,7 +53493,7 @@ SPRINGLS__FN springls_status springls__new_pull(springls_tiling *tiling, const c
     }
     for (i = 0; i < 2; i++) labels[i] = film->label[springls__pair_places[new_wall][i]];
     SPRINGLS__TRY(springls__tension_of(tiling, call, desc, labels, &tension));
-    *pull = count > 0 ? tension * length / (double)count : HUGE_VAL;
+    *pull = count > 0 ? tension * length / (double)count : DBL_MAX;
     return SPRINGLS_OK;
 }
 
