@@ -550,10 +550,12 @@
    that has shrunk to a line where four meet gives way to one between the two others (a T1 change), where that is shorter. Both
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
-   Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
-   to nothing: from a label map after some 200 steps. After 256 steps without forces, or 256 since springls were last
-   changed by hand, all are put to rest, and walls are no longer closed, where all models may sleep: at lines where walls meet some
-   would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
+   Bodies rest as models do (REST). A body whose model sleeps, where closing and looking at its walls has changed nothing in 8 steps, costs
+   next to nothing until a force acts on it or springls of it are changed by hand, or something moves beside it: so a step costs as much as
+   the bodies where something happens, and that of label 0. Forces that act in one place state its box (region_lower, region_upper). A body
+   is put to rest as it is, and its walls are no longer closed, after 256 steps without forces on it or on bodies beside it, or since one of
+   them was last changed by hand, where models may sleep: at lines where walls meet some would add springls and remove them again for
+   ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
    Not there yet: backends, windows and combinations of whole tilings.
@@ -2419,6 +2421,9 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
+                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. Both all zero:
+                                        everywhere; they have to be with tension or held volumes                      */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
@@ -2452,9 +2457,9 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. After 256 steps without forces or edits all bodies are put to rest as they are, and walls are no longer closed. report: may be
-   NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
-   callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
+   that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
+   report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
@@ -35704,7 +35709,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1244 \"springls.h\"\n",
+    "#line 1246 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35818,7 +35823,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2721 \"springls.h\"\n",
+    "#line 2726 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35934,7 +35939,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2838 \"springls.h\"\n",
+    "#line 2843 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35956,7 +35961,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2861 \"springls.h\"\n",
+    "#line 2866 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35971,7 +35976,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2877 \"springls.h\"\n",
+    "#line 2882 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36095,7 +36100,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3001 \"springls.h\"\n",
+    "#line 3006 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36165,7 +36170,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3072 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -36385,7 +36390,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3298 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36400,7 +36405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3308 \"springls.h\"\n",
+    "#line 3313 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36524,14 +36529,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3432 \"springls.h\"\n",
+    "#line 3437 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3440 \"springls.h\"\n",
+    "#line 3445 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36657,7 +36662,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3567 \"springls.h\"\n",
+    "#line 3572 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36712,7 +36717,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3623 \"springls.h\"\n",
+    "#line 3628 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36801,7 +36806,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3713 \"springls.h\"\n",
+    "#line 3718 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36813,7 +36818,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3725 \"springls.h\"\n",
+    "#line 3730 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36828,7 +36833,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3741 \"springls.h\"\n",
+    "#line 3746 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36872,7 +36877,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3785 \"springls.h\"\n",
+    "#line 3790 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36887,7 +36892,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3800 \"springls.h\"\n",
+    "#line 3805 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36931,7 +36936,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3844 \"springls.h\"\n",
+    "#line 3849 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -37010,7 +37015,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3923 \"springls.h\"\n",
+    "#line 3928 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37025,7 +37030,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3939 \"springls.h\"\n",
+    "#line 3944 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37092,7 +37097,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4006 \"springls.h\"\n",
+    "#line 4011 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37107,7 +37112,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4021 \"springls.h\"\n",
+    "#line 4026 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37174,7 +37179,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4089 \"springls.h\"\n",
+    "#line 4094 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37560,7 +37565,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4476 \"springls.h\"\n",
+    "#line 4481 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38269,7 +38274,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5186 \"springls.h\"\n",
+    "#line 5191 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38529,7 +38534,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5447 \"springls.h\"\n",
+    "#line 5452 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38731,7 +38736,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5650 \"springls.h\"\n",
+    "#line 5655 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38848,7 +38853,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5768 \"springls.h\"\n",
+    "#line 5773 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39045,7 +39050,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5965 \"springls.h\"\n",
+    "#line 5970 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39060,7 +39065,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5981 \"springls.h\"\n",
+    "#line 5986 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39254,7 +39259,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6175 \"springls.h\"\n",
+    "#line 6180 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39269,7 +39274,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6190 \"springls.h\"\n",
+    "#line 6195 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39463,7 +39468,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7002 \"springls.h\"\n",
+    "#line 7007 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39863,7 +39868,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7403 \"springls.h\"\n",
+    "#line 7408 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -39889,7 +39894,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 7430 \"springls.h\"\n",
+    "#line 7435 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39977,7 +39982,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7519 \"springls.h\"\n",
+    "#line 7524 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40117,7 +40122,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7660 \"springls.h\"\n",
+    "#line 7665 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40222,7 +40227,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7766 \"springls.h\"\n",
+    "#line 7771 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40454,7 +40459,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7999 \"springls.h\"\n",
+    "#line 8004 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40484,7 +40489,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8029 \"springls.h\"\n",
+    "#line 8034 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40499,7 +40504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8045 \"springls.h\"\n",
+    "#line 8050 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40668,7 +40673,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8214 \"springls.h\"\n",
+    "#line 8219 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40683,7 +40688,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8229 \"springls.h\"\n",
+    "#line 8234 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40852,7 +40857,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8398 \"springls.h\"\n",
+    "#line 8403 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40906,7 +40911,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8453 \"springls.h\"\n",
+    "#line 8458 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40932,7 +40937,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8479 \"springls.h\"\n",
+    "#line 8484 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40947,7 +40952,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8495 \"springls.h\"\n",
+    "#line 8500 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41030,7 +41035,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8578 \"springls.h\"\n",
+    "#line 8583 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41045,7 +41050,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8593 \"springls.h\"\n",
+    "#line 8598 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41128,7 +41133,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8676 \"springls.h\"\n",
+    "#line 8681 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41202,7 +41207,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8751 \"springls.h\"\n",
+    "#line 8756 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41755,7 +41760,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9305 \"springls.h\"\n",
+    "#line 9310 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41851,7 +41856,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9402 \"springls.h\"\n",
+    "#line 9407 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41972,7 +41977,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9524 \"springls.h\"\n",
+    "#line 9529 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42253,7 +42258,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9806 \"springls.h\"\n",
+    "#line 9811 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42339,7 +42344,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9893 \"springls.h\"\n",
+    "#line 9898 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42482,7 +42487,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10037 \"springls.h\"\n",
+    "#line 10042 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42671,7 +42676,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10227 \"springls.h\"\n",
+    "#line 10232 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42796,7 +42801,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10353 \"springls.h\"\n",
+    "#line 10358 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42830,7 +42835,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10388 \"springls.h\"\n",
+    "#line 10393 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43368,7 +43373,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10927 \"springls.h\"\n",
+    "#line 10932 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43518,7 +43523,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11078 \"springls.h\"\n",
+    "#line 11083 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43596,7 +43601,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11157 \"springls.h\"\n",
+    "#line 11162 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43845,7 +43850,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11407 \"springls.h\"\n",
+    "#line 11412 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44070,7 +44075,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11633 \"springls.h\"\n",
+    "#line 11638 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44174,7 +44179,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11738 \"springls.h\"\n",
+    "#line 11743 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44271,7 +44276,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11836 \"springls.h\"\n",
+    "#line 11841 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44809,7 +44814,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12375 \"springls.h\"\n",
+    "#line 12380 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44842,7 +44847,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12409 \"springls.h\"\n",
+    "#line 12414 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44867,14 +44872,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12435 \"springls.h\"\n",
+    "#line 12440 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12442 \"springls.h\"\n",
+    "#line 12447 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44889,7 +44894,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12458 \"springls.h\"\n",
+    "#line 12463 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45015,7 +45020,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12584 \"springls.h\"\n",
+    "#line 12589 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45030,7 +45035,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12599 \"springls.h\"\n",
+    "#line 12604 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45156,7 +45161,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12726 \"springls.h\"\n",
+    "#line 12731 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45448,7 +45453,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13019 \"springls.h\"\n",
+    "#line 13024 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45583,7 +45588,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17704 \"springls.h\"\n",
+    "#line 17709 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46685,7 +46690,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18807 \"springls.h\"\n",
+    "#line 18812 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47295,7 +47300,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19418 \"springls.h\"\n",
+    "#line 19423 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47892,7 +47897,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47896 \"springls.h\"\n",
+    "#line 47901 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50820,24 +50825,45 @@ enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1, SPRINGLS__MOST_
 /* The volume of a body, and what holds it (films.h), world units; target 0: nothing does. */
 typedef struct springls__held { double target, drift, volume, pressure, missing, way, product; bool is_given; } springls__held;
 
+/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
+typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
+
+typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
+
+/* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
+typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
+
+/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). */
+typedef struct springls__body_rest {
+    uint64_t version, stepped; /* springls_version of the model: as the step began, and after the last one            */
+    int idle, idle_before;     /* steps without forces, the last ones, at most MOST_IDLE; as the step began            */
+    int calm;                  /* how many steps, the last ones, have changed nothing of it nor beside it              */
+    uint64_t facing_hash;      /* of what its springls faced after the last one in which it was awake                  */
+    bool awake;                /* takes part in the step                                                               */
+    bool looks;                /* its sheets are looked at, where the step looks                                       */
+    bool put;                  /* it has been put to rest as it is, and stays so                                       */
+    bool forced, driven;       /* forces act on it; or on a body beside it, or one of them may not sleep               */
+    bool slept, beside;        /* the model was asleep as the step began; something has stirred in one of its bricks   */
+} springls__body_rest;
+
 /* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
     int32_t label;
     float sign;                /* of phi and normals: -1 for label 0                                                 */
     springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
+    uint64_t boxed;            /* the springls_version that it is of; 0: there is none                               */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     springls__held held;
     int first;                 /* its springls begin there in arrays of all springls                                 */
+    springls__body_rest rest;
+    springls__gaps gaps;       /* as of the last look at its sheets; and the pairs that it is part of, label 0 left out */
+    springls__pair_list pairs;
+    springls__buffer pair_memory; /* memory of ctx                                                                   */
 } springls__tiling_body;
-
-/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
-typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
-
-typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
 
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
@@ -50858,11 +50884,7 @@ struct springls_tiling {
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
-    int idle;                  /* steps without forces, the last ones; no more than MOST_IDLE are counted (tiling_rest.h) */
-    uint64_t stepped;          /* the sum of the bodies' springls_version after the last step (tiling_rest.h)         */
-    int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
-    uint64_t calm_hash;        /* of what springls have faced since                                                  */
-    springls_tiling_report calm_report; /* the last one with gaps                                                    */
+    springls__buffer marked;   /* working memory: a byte for each brick of the grid (tiling_rest.h)                   */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -50884,6 +50906,7 @@ SPRINGLS__FN int springls__body_number(const springls_tiling *tiling, int32_t la
 SPRINGLS__FN void springls__body_free(springls__tiling_body *body)
 {
     if (body->ctx) springls__buffer_free(body->ctx, &body->backup);
+    if (body->ctx) springls__buffer_free(body->ctx, &body->pair_memory);
     springls_destroy(body->ctx);
     memset(body, 0, sizeof *body);
 }
@@ -50914,6 +50937,13 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
     return SPRINGLS_OK;
 }
 
+/* Lets all bodies begin anew to come to rest. */
+SPRINGLS__FN void springls__end_rest(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle = tiling->body[i].rest.calm = 0;
+}
+
 /* Replaces the bodies by `count` others, ascending by label. */
 SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffer *bodies, int count)
 {
@@ -50925,7 +50955,7 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->facing_known = false;
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
-    tiling->idle = tiling->calm_steps = 0;
+    springls__end_rest(tiling);
 }
 
 /* Orders bodies by their labels. Nearly all are in order. */
@@ -50938,6 +50968,9 @@ SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
         body[k] = moved;
     }
 }
+
+/* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */
+SPRINGLS__FN bool springls__settles(const springls__tiling_body *body) { return body->rest.idle < SPRINGLS__MOST_IDLE; }
 
 /* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
 SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
@@ -50965,21 +50998,52 @@ SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
 
 /* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
 typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
-typedef struct springls__body_job { springls_tiling *tiling; springls__body_fn run; const void *arg; } springls__body_job;
+typedef enum springls__which {
+    SPRINGLS__ALL_BODIES,
+    SPRINGLS__AWAKE_BODIES,
+    SPRINGLS__RESTING_BODIES, /* the others */
+    SPRINGLS__LOOKING_BODIES
+} springls__which;
+typedef struct springls__body_job {
+    springls_tiling *tiling;
+    springls__which which;
+    springls__body_fn run;
+    const void *arg;
+} springls__body_job;
+
+SPRINGLS__FN bool springls__is_among(const springls__tiling_body *body, springls__which which)
+{
+    if (which == SPRINGLS__LOOKING_BODIES) return body->rest.looks;
+    return which == SPRINGLS__ALL_BODIES || body->rest.awake == (which == SPRINGLS__AWAKE_BODIES);
+}
 
 SPRINGLS__FN void springls__body_task(void *arg, int begin, int end)
 {
     const springls__body_job *job = (const springls__body_job *)arg;
-    for (; begin < end; begin++)
-        job->tiling->body[begin].status = (job->run)(job->tiling, &job->tiling->body[begin], job->arg);
+    for (; begin < end; begin++) {
+        springls__tiling_body *body = &job->tiling->body[begin];
+        body->status = SPRINGLS_OK;
+        if (springls__is_among(body, job->which)) body->status = (job->run)(job->tiling, body, job->arg);
+    }
 }
 
-/* Runs a function for each body; fails with the failure of the lowest label. */
-SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+SPRINGLS__FN bool springls__has_bodies(const springls_tiling *tiling, springls__which which)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (springls__is_among(&tiling->body[i], which)) return true;
+    return false;
+}
+
+/* Runs a function for each of these bodies; fails with the failure of the lowest label. */
+SPRINGLS__FN springls_status springls__for_some(springls_tiling *tiling, const char *call, springls__which which, springls__body_fn run,
+                                                const void *arg)
 {
     springls__body_job job;
     int i;
+    if (!springls__has_bodies(tiling, which)) return SPRINGLS_OK;
     job.tiling = tiling;
+    job.which = which;
     job.run = run;
     job.arg = arg;
     springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
@@ -50987,6 +51051,12 @@ SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const
         if (tiling->body[i].status != SPRINGLS_OK)
             return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
     return SPRINGLS_OK;
+}
+
+/* Runs a function for each body. */
+SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+{
+    return springls__for_some(tiling, call, SPRINGLS__ALL_BODIES, run, arg);
 }
 
 /* ---- public calls ---- */
@@ -51044,6 +51114,7 @@ SPRINGLS__TILINGS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->joined);
     springls__buffer_free(host, &tiling->pairs);
     springls__buffer_free(host, &tiling->joins);
+    springls__buffer_free(host, &tiling->marked);
     for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);
@@ -51451,7 +51522,7 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     tiling->count = n;
     tiling->facing_known = false;
     tiling->neighbors_known = false;
-    tiling->idle = tiling->calm_steps = 0;
+    springls__end_rest(tiling);
     return SPRINGLS_OK;
 }
 
@@ -51544,39 +51615,55 @@ SPRINGLS__FN const springls__pair *springls__find_pair(const springls__pair_list
     return i < list->count && list->pair[i].low == low && list->pair[i].high == high ? &list->pair[i] : NULL;
 }
 
-/* Adds a springl that faces another body to a sorted list. */
-SPRINGLS__FN springls_status springls__add_to_pair(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list, int32_t own,
-                                                   int32_t facing, float gap)
+/* Adds springls that face another body, and the sum of their gaps, to a sorted list in memory of a model's. */
+SPRINGLS__FN springls_status springls__add_to_pair(springls_context *ctx, springls__buffer *memory, springls__pair_list *list,
+                                                   const springls__pair *added)
 {
-    const int32_t low = own < facing ? own : facing, high = own < facing ? facing : own;
-    const int at = springls__pair_place(list, low, high);
-    springls__pair *pair;
-    if (!springls__find_pair(list, low, high)) {
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, memory, (size_t)list->count + 1, sizeof *pair, (size_t)list->count * sizeof *pair));
-        list->pair = pair = (springls__pair *)memory->data;
-        memmove(pair + at + 1, pair + at, (size_t)(list->count++ - at) * sizeof *pair);
-        memset(&pair[at], 0, sizeof *pair);
-        pair[at].low = low;
-        pair[at].high = high;
+    const size_t bytes = (size_t)list->count * sizeof *list->pair;
+    const int at = springls__pair_place(list, added->low, added->high);
+    if (!springls__find_pair(list, added->low, added->high)) {
+        SPRINGLS__TRY(springls__buffer_grow(ctx, memory, (size_t)list->count + 1, sizeof *added, bytes));
+        list->pair = (springls__pair *)memory->data;
+        memmove(list->pair + at + 1, list->pair + at, (size_t)(list->count++ - at) * sizeof *added);
+        list->pair[at] = *added;
+        return SPRINGLS_OK;
     }
-    list->pair[at].springls++;
-    list->pair[at].gap += (double)springls__fabs(gap);
+    list->pair[at].springls += added->springls;
+    list->pair[at].gap += added->gap;
+    return SPRINGLS_OK;
+}
+
+/* Lists the pairs that a body is part of, where its sheets have been looked at. */
+SPRINGLS__FN springls_status springls__list_own_pairs(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const float *facing = springls__facing_values(body), *gap = (const float *)tiling->gap.data + body->first;
+    springls__pair pair;
+    int i;
+    (void)arg;
+    body->pairs.pair = NULL;
+    body->pairs.count = 0;
+    for (i = 0; body->label > 0 && i < body->ctx->model.set.count; i++) {
+        const int32_t label = (int32_t)facing[i];
+        if (label <= 0 || gap[i] == FLT_MAX) continue;
+        pair.low = label < body->label ? label : body->label;
+        pair.high = label < body->label ? body->label : label;
+        pair.springls = 1;
+        pair.gap = (double)springls__fabs(gap[i]);
+        SPRINGLS__TRY(springls__add_to_pair(body->ctx, &body->pair_memory, &body->pairs, &pair));
+    }
     return SPRINGLS_OK;
 }
 
 /* Lists the pairs of bodies that face each other now, label 0 left out, where sheets have been looked at. */
-SPRINGLS__FN springls_status springls__list_pairs(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list)
+SPRINGLS__FN springls_status springls__list_pairs(springls_tiling *tiling, const char *call, springls__pair_list *list)
 {
     int i, k;
     list->pair = NULL;
     list->count = 0;
-    for (i = 1; i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
-        const float *facing = springls__facing_values(body), *gap = (const float *)tiling->gap.data + body->first;
-        for (k = 0; k < body->ctx->model.set.count; k++)
-            if (facing[k] > 0.0f && gap[k] < FLT_MAX)
-                SPRINGLS__TRY(springls__add_to_pair(tiling, memory, list, body->label, (int32_t)facing[k], gap[k]));
-    }
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__LOOKING_BODIES, springls__list_own_pairs, NULL));
+    for (i = 1; i < tiling->count; i++)
+        for (k = 0; k < tiling->body[i].pairs.count; k++)
+            SPRINGLS__TRY(springls__add_to_pair(tiling->host, &tiling->pairs, list, &tiling->body[i].pairs.pair[k]));
     return SPRINGLS_OK;
 }
 
@@ -51680,12 +51767,14 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 
 /* ---- what lies where ---- */
 
-/* Finds the box of a body's particles, and lists them in cells. */
+/* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     const springls__constellation *set = &body->ctx->model.set;
     int i;
     (void)tiling, (void)arg;
+    if (body->boxed == body->ctx->springls_version) return springls__read_cell_list(body->ctx);
+    body->boxed = body->ctx->springls_version;
     body->box = springls__box_empty();
     for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
     return springls__read_cell_list(body->ctx);
@@ -51773,6 +51862,7 @@ typedef struct springls__sheets_job {
     float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
     springls__v3 *shift;   /* NULL: they only look                                                                    */
     bool known;            /* facing is that of before                                                                */
+    bool stays;            /* facing stays as it is                                                                   */
     const springls_tiling_step_desc *desc; /* whose films part; NULL: no step is made                                 */
 } springls__sheets_job;
 
@@ -51824,6 +51914,15 @@ SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
     return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
 }
 
+/* Returns the gap of a springl at p with normal n to the sheet of a body; FLT_MAX: there is none, as for a body -1. */
+SPRINGLS__FN float springls__gap_to(const springls_tiling *tiling, int faced, springls__v3 p, springls__v3 n)
+{
+    float gap;
+    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
+                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), &gap);
+    return there ? gap : FLT_MAX;
+}
+
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
@@ -51833,8 +51932,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
 {
     const springls_tiling *tiling = job->tiling;
     const int own = job->own;
-    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
-                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    const bool there = (*gap = springls__gap_to(tiling, faced, p, n)) < FLT_MAX;
     const bool films = job->desc && springls__has_films(job->desc);
     float d = 0.0f, touching;
     int other;
@@ -51851,6 +51949,13 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
 }
 
+/* Returns whether a springl is drawn to the sheet that it faces. The model of label 0, which faces most bodies, is not to those that have
+   been put to rest. */
+SPRINGLS__FN bool springls__is_drawn(const springls__sheets_job *job, int faced, float gap)
+{
+    return gap < FLT_MAX && (job->own > 0 || springls__settles(&job->tiling->body[faced]));
+}
+
 SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
 {
     const springls__sheets_job *job = (const springls__sheets_job *)arg;
@@ -51861,11 +51966,31 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
         int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
         float gap = FLT_MAX;
         if (faced == job->own) faced = -1;
+        if (job->stays) {
+            job->gap[begin] = springls__gap_to(job->tiling, faced, s->p, n);
+            continue;
+        }
         faced = springls__faced_by(job, s->p, n, faced, &gap);
         job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
         job->gap[begin] = gap;
-        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
+        if (job->shift) job->shift[begin] = springls__scale(n, springls__is_drawn(job, faced, gap) ? springls__way_to_middle(gap) : 0.0f);
     }
+}
+
+/* Sums up the gaps of a body's springls that have a sheet before them. */
+SPRINGLS__FN springls__gaps springls__sum_gaps(const float *gap, int count)
+{
+    springls__gaps sum;
+    int i;
+    memset(&sum, 0, sizeof sum);
+    for (i = 0; i < count; i++) {
+        if (gap[i] == FLT_MAX) continue;
+        sum.springls++;
+        sum.sum += fabs((double)gap[i]);
+        sum.sum2 += (double)gap[i] * (double)gap[i];
+        sum.largest = springls__max(sum.largest, springls__fabs(gap[i]));
+    }
+    return sum;
 }
 
 /* Fails where the callback of films gave what it must not, for the least such pair of labels. */
@@ -51876,6 +52001,7 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
     for (i = 0; i < tiling->count; i++) {
         const springls__tiling_body *body = &tiling->body[i];
         const float *gap = (const float *)tiling->gap.data + body->first, *facing = springls__facing_values(body);
+        if (!body->rest.awake) continue;
         for (k = 0; k < body->ctx->model.set.count; k++) {
             const int32_t label = (int32_t)facing[k], a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
             if (gap[k] > SPRINGLS__FILM_REFUSED || (low > 0 && (a > low || (a == low && b >= high)))) continue;
@@ -51886,7 +52012,8 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
     return low > 0 ? springls__refuse_film(tiling, call, desc, low, high) : SPRINGLS_OK;
 }
 
-/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
+/* Finds what the springls of the bodies that are awake, which have the attribute for it, face, and their gaps; with move also how far they
+   go, but for bodies without forces for so long that they are to come to rest. Of others that look, the gaps alone. */
 SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                       bool move)
 {
@@ -51899,12 +52026,16 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     job.desc = desc;
     job.known = tiling->facing_known;
     for (i = 0; i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
+        springls__tiling_body *body = &tiling->body[i];
+        const int count = body->ctx->model.set.count;
+        if (!body->rest.looks) continue;
         job.own = i;
+        job.stays = body->rest.put;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
-        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
-        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
+        job.shift = move && springls__settles(body) ? (springls__v3 *)tiling->shift.data + body->first : NULL;
+        springls__parallel(tiling->host, count, 64, springls__sheets_task, &job);
+        body->gaps = springls__sum_gaps(job.gap, count);
     }
     tiling->facing_known = true;
     return springls__check_films(tiling, call, desc);
@@ -51920,6 +52051,7 @@ SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, cons
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     tiling->facing_known = false;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
     return springls__look_at_sheets(tiling, call, NULL, false);
 }
 
@@ -51935,6 +52067,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
     springls__v3 *q;
     int first = 0, end = set->count, i, m;
     (void)arg;
+    if (!springls__settles(body)) return SPRINGLS_OK;
     while (first < end && springls__length2(shift[first]) == 0.0f) first++;
     while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
     if (first == end) return SPRINGLS_OK;
@@ -51954,7 +52087,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
 SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, true));
-    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
+    return springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__shift_body, NULL);
 }
 
 /* ======== >>join  (src/tiling/join.h) ========================================================================== */
@@ -51963,7 +52096,7 @@ SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, cons
    that of all bodies, and stays as it is. */
 
 /* Two bodies that become one: its model, which is new, and the label that is gone. */
-typedef struct springls__join { springls__tiling_body body; int32_t gone; } springls__join;
+typedef struct springls__coalescence { springls__tiling_body body; int32_t gone; } springls__coalescence;
 
 /* Pushes the springls of a copy of a body that face a label through the wall. */
 SPRINGLS__FN springls_status springls__push_through(springls__tiling_body *copy, int32_t label)
@@ -51995,13 +52128,16 @@ SPRINGLS__FN void springls__face_instead(springls__tiling_body *body, int32_t go
 {
     float *facing = springls__facing_values(body);
     int i;
-    for (i = 0; facing && i < springls_count(body->ctx); i++)
-        if ((int32_t)facing[i] == gone) facing[i] = (float)instead;
+    for (i = 0; facing && i < springls_count(body->ctx); i++) {
+        if ((int32_t)facing[i] != gone) continue;
+        facing[i] = (float)instead;
+        body->rest.calm = 0;
+    }
 }
 
 /* Makes the model of two bodies that share a wall; they stay as they are. */
 SPRINGLS__FN springls_status springls__make_joined(springls_tiling *tiling, const char *call, const springls__tiling_body *kept,
-                                                   const springls__tiling_body *gone, springls__join *join)
+                                                   const springls__tiling_body *gone, springls__coalescence *join)
 {
     springls__tiling_body copy;
     springls_status status;
@@ -52026,7 +52162,7 @@ SPRINGLS__FN springls_status springls__make_joined(springls_tiling *tiling, cons
 }
 
 /* Puts a joined body in the place of the two that it was made of. */
-SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join *join)
+SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__coalescence *join)
 {
     const int kept = springls__body_number(tiling, join->body.label), gone = springls__body_number(tiling, join->gone);
     int i;
@@ -52039,14 +52175,13 @@ SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join 
     for (i = 0; i < tiling->count; i++)
         if (tiling->body[i].label != join->body.label) springls__face_instead(&tiling->body[i], join->gone, join->body.label);
     tiling->neighbors_known = false;
-    tiling->idle = tiling->calm_steps = 0;
 }
 
 /* Frees the joined bodies that have been prepared, and not been taken. */
 SPRINGLS__FN void springls__free_joins(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->join_count; i++) springls__body_free(&((springls__join *)tiling->joins.data)[i].body);
+    for (i = 0; i < tiling->join_count; i++) springls__body_free(&((springls__coalescence *)tiling->joins.data)[i].body);
     tiling->join_count = 0;
 }
 
@@ -52066,7 +52201,7 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
 /* Returns whether a label takes part in a join that has been prepared. */
 SPRINGLS__FN bool springls__is_joining(const springls_tiling *tiling, int32_t label)
 {
-    const springls__join *join = (const springls__join *)tiling->joins.data;
+    const springls__coalescence *join = (const springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++)
         if (join[i].body.label == label || join[i].gone == label) return true;
@@ -52081,13 +52216,13 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
     for (i = 0; desc->film && i < pairs->count; i++) {
         const springls__pair *pair = &pairs->pair[i];
         const int kept = springls__body_number(tiling, pair->low), gone = springls__body_number(tiling, pair->high);
-        const size_t bytes = (size_t)tiling->join_count * sizeof(springls__join);
+        const size_t bytes = (size_t)tiling->join_count * sizeof(springls__coalescence);
         bool join;
         SPRINGLS__TRY(springls__is_to_join(tiling, call, desc, pair, &join));
         if (!join || kept < 0 || gone < 0 || springls__is_joining(tiling, pair->low) || springls__is_joining(tiling, pair->high)) continue;
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__join), bytes));
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence), bytes));
         SPRINGLS__TRY(springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone],
-                                            (springls__join *)tiling->joins.data + tiling->join_count));
+                                            (springls__coalescence *)tiling->joins.data + tiling->join_count));
         tiling->join_count++;
     }
     return SPRINGLS_OK;
@@ -52096,7 +52231,7 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
 /* Makes room for the report of the joins that have been prepared. */
 SPRINGLS__FN springls_status springls__report_joins(springls_tiling *tiling, springls_tiling_report *report)
 {
-    const springls__join *join = (const springls__join *)tiling->joins.data;
+    const springls__coalescence *join = (const springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++)
         SPRINGLS__TRY(springls__note_pair(tiling, &tiling->joined, &report->joined_count, join[i].body.label, join[i].gone));
@@ -52116,7 +52251,7 @@ SPRINGLS__FN springls_tiling_hold *springls__hold_of(const springls_tiling_step_
 /* Takes the bodies that have been joined. What two of them were held at is held of both together. */
 SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    springls__join *join = (springls__join *)tiling->joins.data;
+    springls__coalescence *join = (springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++) {
         springls_tiling_hold *kept = springls__hold_of(desc, join[i].body.label), *gone = springls__hold_of(desc, join[i].gone);
@@ -52135,7 +52270,7 @@ SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_t
 SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
 {
     const char *call = "tiling_join";
-    springls__join join;
+    springls__coalescence join;
     springls_status status;
     int i, k, kept, gone, facing = 0;
     bool known;
@@ -52161,78 +52296,257 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tili
 }
 
 /* ======== >>tiling_rest  (src/tiling/tiling_rest.h) ============================================================ */
-/* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
-   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does.
+/* tiling_rest.h - bodies at rest. A body rests while its model sleeps (stages/sleep.h), no force acts on it, and nothing beside it has
+   stirred for as many steps as it takes to close walls and to look at sheets once: the same would come of it again. It takes no part in a
+   step then but for the count, so that a step costs what the bodies cost where something moves. Bits are those of a step of all bodies.
+
+   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on, which
+   is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made their own
+   steps, and again after walls have been closed, so that nobody is left out who would see a change.
 
    Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
    body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
-   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. The count begins anew where a caller has changed
-   the springls of a body, so that what he leaves has as many steps to settle; where a model may not sleep it does not begin. */
+   contracts. So a body without forces is put to rest after MOST_IDLE steps, as it is, and stays so whatever stirs beside it. The count
+   begins anew where a force acts on it or on a body beside it, or a caller has changed the springls of one of them, so that what he leaves
+   has as many steps to settle; where a model may not sleep it does not begin. */
 
-/* Returns whether all models sleep. */
-SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
+/* The box of voxels that forces act in. */
+typedef struct springls__force_region { bool everywhere; float lower[3], upper[3]; } springls__force_region;
+
+SPRINGLS__FN springls__force_region springls__whole_region(void)
+{
+    springls__force_region region;
+    memset(&region, 0, sizeof region);
+    region.everywhere = true;
+    return region;
+}
+
+SPRINGLS__FN bool springls__reaches_brick(const springls__force_region *region, const int origin[3])
+{
+    int k;
+    for (k = 0; k < 3 && !region->everywhere; k++)
+        if ((float)(origin[k] + SPRINGLS__BRICK) < region->lower[k] || (float)(origin[k] - 1) > region->upper[k]) return false;
+    return true;
+}
+
+/* Returns whether a body has an active brick in a region; region NULL: nowhere. */
+SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, const springls__force_region *region)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    int i, origin[3];
+    for (i = 0; region && i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], origin);
+        if (springls__reaches_brick(region, origin)) return true;
+    }
+    return false;
+}
+
+/* ---- bricks that are marked ---- */
+
+SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->marked, bricks, 1, 0));
+    memset(tiling->marked.data, 0, bricks);
+    return SPRINGLS_OK;
+}
+
+/* Marks the active bricks of a body that lie in a region. */
+SPRINGLS__FN void springls__mark_region(springls_tiling *tiling, const springls__tiling_body *body, const springls__force_region *region)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    uint8_t *marked = (uint8_t *)tiling->marked.data;
+    int i, origin[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], origin);
+        if (springls__reaches_brick(region, origin)) marked[g->slot_brick[g->active[i]]] = 1;
+    }
+}
+
+/* Marks the bricks in which a body was when it was last looked at: a caller may have moved it away. */
+SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const float reach = 2.0f; /* voxels */
+    const springls__v3 lower = springls__add(body->box.lower, springls__v3_make(-reach, -reach, -reach));
+    const springls__v3 upper = springls__add(body->box.upper, springls__v3_make(reach, reach, reach));
+    int first[3], last[3], at[3], k;
+    if (body->boxed == 0 || lower.x > upper.x) return;
+    springls__voxel_of_place(g, lower, first);
+    springls__voxel_of_place(g, upper, last);
+    for (k = 0; k < 3; k++) {
+        first[k] /= SPRINGLS__BRICK;
+        last[k] /= SPRINGLS__BRICK;
+    }
+    for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+        for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+            for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+                ((uint8_t *)tiling->marked.data)[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] = 1;
+}
+
+/* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
+SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const int limit = springls__calm_limit(&body->ctx->model);
+    int i, o;
+    for (i = 0; i < g->active_count; i++) {
+        const int slot = g->active[i];
+        bool stirs = !springls_at_rest(body->ctx) && g->awake[slot];
+        for (o = 0; o < SPRINGLS__OCTANTS && !stirs; o++) stirs = g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
+        if (stirs) ((uint8_t *)tiling->marked.data)[g->slot_brick[slot]] = 1;
+    }
+}
+
+/* Returns whether a body has an active brick that is marked. */
+SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++)
+        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]]) return true;
+    return false;
+}
+
+/* ---- who takes part ---- */
+
+SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
+
+/* Begins anew to count for bodies whose springls a caller has changed since the last step, and for those beside them. */
+SPRINGLS__FN springls_status springls__note_changes(springls_tiling *tiling)
+{
+    const springls__force_region all = springls__whole_region();
+    bool changed = false;
+    int i;
+    for (i = 0; i < tiling->count; i++) changed = changed || springls__is_changed(&tiling->body[i]);
+    if (!changed) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++) {
+        if (!springls__is_changed(&tiling->body[i])) continue;
+        springls__mark_region(tiling, &tiling->body[i], &all);
+        springls__mark_box(tiling, &tiling->body[i]);
+    }
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        if (springls__is_changed(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Begins the step of a body: what is known of it without the others. calm: steps, as many as it takes to look at all once. */
+SPRINGLS__FN void springls__wake_body(springls__tiling_body *body, const springls__force_region *region, int calm)
+{
+    springls__body_rest *rest = &body->rest;
+    const bool may_sleep = springls__may_sleep(body->ctx);
+    rest->version = body->ctx->springls_version;
+    rest->forced = springls__body_in_region(body, region);
+    rest->driven = rest->forced || !may_sleep;
+    rest->slept = springls_at_rest(body->ctx) && may_sleep;
+    rest->beside = false;
+    rest->put = !rest->driven && rest->idle == SPRINGLS__MOST_IDLE;
+    rest->looks = rest->driven || !rest->slept || rest->calm < calm;
+    rest->awake = rest->looks && !(rest->put && rest->slept);
+}
+
+/* Lets the bodies beside those that are driven begin anew to count. region NULL: no force acts. */
+SPRINGLS__FN springls_status springls__drive_others(springls_tiling *tiling, const springls__force_region *region)
+{
+    const springls__force_region all = springls__whole_region();
+    bool driven = false;
+    int i;
+    for (i = 0; i < tiling->count; i++) driven = driven || tiling->body[i].rest.driven;
+    if (!driven) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].rest.driven)
+            springls__mark_region(tiling, &tiling->body[i], springls__may_sleep(tiling->body[i].ctx) ? region : &all);
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!rest->driven && !springls__is_marked(tiling, &tiling->body[i])) continue;
+        rest->driven = rest->beside = rest->awake = rest->looks = true;
+        rest->put = false;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds which bodies take part in a step: forces act in the region, NULL: nowhere. */
+SPRINGLS__FN springls_status springls__wake_bodies(springls_tiling *tiling, const springls__force_region *region, int calm)
 {
     int i;
-    for (i = 0; i < tiling->count; i++)
-        if (!springls_at_rest(tiling->body[i].ctx)) return false;
-    return tiling->count > 0;
+    SPRINGLS__TRY(springls__note_changes(tiling));
+    for (i = 0; i < tiling->count; i++) springls__wake_body(&tiling->body[i], region, calm);
+    SPRINGLS__TRY(springls__drive_others(tiling, region));
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle_before = tiling->body[i].rest.idle;
+    return SPRINGLS_OK;
 }
+
+/* Wakes the bodies beside which something stirs now; *roused: there are such that were not awake. */
+SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, bool *roused)
+{
+    int i;
+    *roused = false;
+    if (!springls__has_bodies(tiling, SPRINGLS__AWAKE_BODIES)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].rest.awake) springls__mark_stirring(tiling, &tiling->body[i]);
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!springls__is_marked(tiling, &tiling->body[i])) continue;
+        rest->beside = rest->looks = true;
+        if (rest->put) continue;
+        *roused = *roused || !rest->awake;
+        rest->awake = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- after MOST_IDLE steps ---- */
 
 /* Lets a model sleep, with phi where its springls are. */
 SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     (void)tiling, (void)arg;
+    if (springls__settles(body)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__begin_change(body->ctx));
     springls__rest_all(body->ctx);
     return SPRINGLS_OK;
 }
 
-/* Returns whether all models may sleep. */
-SPRINGLS__FN bool springls__bodies_may_sleep(const springls_tiling *tiling)
+/* Counts a step, after bodies have made theirs. */
+SPRINGLS__FN void springls__count_idle(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++)
-        if (!springls__may_sleep(tiling->body[i].ctx)) return false;
-    return true;
-}
-
-/* Returns a number that is another after any change of springls. Reading a model, which may move its phi for a while, leaves it. */
-SPRINGLS__FN uint64_t springls__bodies_version(const springls_tiling *tiling)
-{
-    uint64_t sum = 0;
-    int i;
-    for (i = 0; i < tiling->count; i++) sum += tiling->body[i].ctx->springls_version;
-    return sum;
-}
-
-/* Returns how many steps without forces there have been since a caller has changed springls. */
-SPRINGLS__FN int springls__idle_steps(const springls_tiling *tiling)
-{
-    return springls__bodies_version(tiling) == tiling->stepped ? tiling->idle : 0;
-}
-
-/* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
-SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
-{
-    const bool woken = tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling);
-    if (forces || woken || !springls__bodies_may_sleep(tiling)) tiling->idle = 0;
-    else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
-}
-
-/* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */
-SPRINGLS__FN void springls__note_rest(springls_tiling *tiling, bool slept, const springls_tiling_report *report)
-{
-    uint64_t hash = SPRINGLS__HASH_BEGIN;
-    int i;
-    if (!slept || !springls__bodies_sleep(tiling)) {
-        tiling->calm_steps = 0;
-        return;
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (rest->driven) rest->idle = 0;
+        else if (rest->idle < SPRINGLS__MOST_IDLE) rest->idle++;
     }
-    for (i = 0; i < tiling->count; i++)
-        hash = springls__hash(hash, springls__facing_values(&tiling->body[i]), (size_t)springls_count(tiling->body[i].ctx) * sizeof(float));
-    tiling->calm_steps = hash == tiling->calm_hash ? springls__imin(tiling->calm_steps, INT32_MAX - 1) + 1 : 0;
-    tiling->calm_hash = hash;
-    if (report->faced) tiling->calm_report = *report;
+}
+
+/* Notes after a step which bodies it has left as they were: springls that sleep, and what they face. */
+SPRINGLS__FN void springls__note_rest(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        springls__body_rest *rest = &tiling->body[i].rest;
+        const size_t bytes = (size_t)springls_count(body->ctx) * sizeof(float);
+        uint64_t hash;
+        bool same;
+        if (!rest->looks) continue;
+        hash = springls__hash(SPRINGLS__HASH_BEGIN, springls__facing_values(body), bytes);
+        same = rest->slept && springls_at_rest(body->ctx) && !rest->beside && rest->version == body->ctx->springls_version;
+        rest->calm = same && hash == rest->facing_hash ? springls__imin(rest->calm, INT32_MAX - 1) + 1 : 0;
+        rest->facing_hash = hash;
+    }
+}
+
+/* Notes the springls as a step has left them. Reading a model, which may move its phi for a while, leaves them. */
+SPRINGLS__FN void springls__note_springls(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.stepped = tiling->body[i].ctx->springls_version;
 }
 
 /* ======== >>tiling_snapshot  (src/tiling/tiling_snapshot.h) ==================================================== */
@@ -52255,7 +52569,7 @@ static const springls__named springls__tiling_numbers[] = {
 };
 enum {
     SPRINGLS__TILING_NAMED = sizeof springls__tiling_numbers / sizeof springls__tiling_numbers[0],
-    SPRINGLS__BODY_HEAD_BYTES = 8 /* of a body's section: its label, and zeros */
+    SPRINGLS__BODY_HEAD_BYTES = 8 /* of a body's section: its label, and its steps without forces, of older blocks 0 */
 };
 
 /* ---- to a block ---- */
@@ -52299,7 +52613,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     state.bodies = tiling->count;
     state.steps = tiling->steps;
     state.facing_known = tiling->facing_known;
-    state.idle = springls__idle_steps(tiling);
+    state.idle = 0; /* of older blocks, for all bodies */
     springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
     springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
     springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
@@ -52310,7 +52624,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
         size_t written;
         springls__begin_section(&c, "BODY", SPRINGLS__BODY_HEAD_BYTES + (uint64_t)body->block_size);
         SPRINGLS__CODE(&c, body->label);
-        springls__code_zeros(&c, 4);
+        SPRINGLS__CODE(&c, body->rest.idle);
         body->status = springls_snapshot(body->ctx, kind, c.out, body->block_size, &written);
         if (body->status != SPRINGLS_OK)
             return springls__body_failed(tiling, body->status, "tiling_snapshot", body->label, body->ctx);
@@ -52329,6 +52643,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
     if (!size) return springls__fail_null(tiling->host, "tiling_snapshot", "size");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
+    SPRINGLS__TRY(springls__note_changes(tiling));
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
     *size = bytes;
     if (out && capacity < bytes)
@@ -52340,7 +52655,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
 /* ---- from a block ---- */
 
 /* Where a block has the model of a body. */
-typedef struct springls__body_block { const char *block; size_t size; int32_t label; } springls__body_block;
+typedef struct springls__body_block { const char *block; size_t size; int32_t label, idle; } springls__body_block;
 
 /* A block that is read: its numbers, and the models that it has. */
 typedef struct springls__tiling_block {
@@ -52386,9 +52701,10 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &read->models, (size_t)*count + 1, sizeof *model, (size_t)*count * sizeof *model));
     model = (springls__body_block *)read->models.data + *count;
     SPRINGLS__CODE(&c, model->label);
+    SPRINGLS__CODE(&c, model->idle);
     model->block = data + SPRINGLS__BODY_HEAD_BYTES;
     model->size = (size_t)bytes - SPRINGLS__BODY_HEAD_BYTES;
-    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || (*count == 0) != (model->label == 0)
+    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE || (*count == 0) != (model->label == 0)
         || (*count > 0 && model->label <= (model - 1)->label)) return springls__block_fails(tiling, "damaged");
     ++*count;
     return SPRINGLS_OK;
@@ -52503,6 +52819,8 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
         const springls_status status = springls_restore(body[i].ctx, model[i].block, model[i].size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
+        memset(&body[i].rest, 0, sizeof body[i].rest);
+        body[i].rest.idle = springls__imax(model[i].idle, read->state.idle);
     }
     springls__free_others(tiling, &tiling->bodies, tiling->count, body, read->state.bodies);
     tiling->bodies = *bodies;
@@ -52510,11 +52828,9 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
-    tiling->idle = read->state.idle;
-    tiling->stepped = springls__bodies_version(tiling);
+    springls__note_springls(tiling);
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
-    tiling->calm_steps = 0;
 }
 
 SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)
@@ -53615,19 +53931,23 @@ SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
     return false;
 }
 
+/* Returns how fast a label draws back from a junction; NULL: it does not. */
+SPRINGLS__FN const springls__v3 *springls__drawing_back(const springls__junction *junction, const springls__film *film, int32_t label)
+{
+    const int i = springls__place_at_film(film, label);
+    return i >= 0 && junction->draws_back[i] ? &junction->velocity[i] : NULL;
+}
+
 /* Returns the velocity of a vertex as the wall between two labels has it. */
 SPRINGLS__FN springls__v3 springls__vertex_velocity(const springls_tiling *tiling, const springls__film *film, int32_t own, int32_t facing)
 {
-    int i;
-    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
-        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
-        if (junction->draws_back[i] && film->label[i] == own) return junction->velocity[i];
-    }
-    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
-        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
-        if (junction->draws_back[i] && film->label[i] == facing) return junction->velocity[i];
-    }
-    return film->velocity;
+    const springls__junction *junction;
+    const springls__v3 *velocity;
+    if (film->junction < 0) return film->velocity;
+    junction = (const springls__junction *)tiling->junctions.data + film->junction;
+    velocity = springls__drawing_back(junction, film, own);
+    if (!velocity) velocity = springls__drawing_back(junction, film, facing);
+    return velocity ? *velocity : film->velocity;
 }
 
 /* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the
@@ -53812,7 +54132,7 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
     return SPRINGLS_OK;
 }
 
-/* Gives each body the springls that its walls miss; *mirrored counts them. */
+/* Gives each body that is awake the springls that its walls miss; *mirrored counts them. */
 SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, const char *call, int *mirrored)
 {
     int springls, to, from, count;
@@ -53820,9 +54140,11 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
     for (to = 0; to < tiling->count; to++) {
         springls__tiling_body *body = &tiling->body[to];
         const int before = body->ctx->model.set.count;
-        springls_status status = springls__read_cell_list(body->ctx);
+        springls_status status;
+        if (!body->rest.awake || body->rest.put) continue;
+        status = springls__read_cell_list(body->ctx);
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
-            if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
+            if (from != to && tiling->body[from].rest.awake && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
         if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
@@ -53848,6 +54170,21 @@ typedef struct springls__tiling_push {
 
 /* The callback that is asked, and how many floats it answers a point. */
 typedef struct springls__tiling_ask { springls_tiling_fn fn; int width; } springls__tiling_ask;
+
+/* Returns whether a callback moves springls. */
+SPRINGLS__FN bool springls__pushes(const springls_tiling_step_desc *desc)
+{
+    return desc->dt > 0.0f && (desc->velocity || desc->pressure);
+}
+
+/* Returns whether it does so in a box alone. */
+SPRINGLS__FN bool springls__has_box(const springls_tiling_step_desc *desc)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (desc->region_lower[k] != 0.0f || desc->region_upper[k] != 0.0f) return true;
+    return false;
+}
 
 /* Asks the user's callback about part of a batch, at most SPRINGLS__TILING_BLOCK points from `first` on. Normals point away from the
    label: those of the model of label 0 point into it. */
@@ -53884,10 +54221,17 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Returns whether anything may move a tiling that is at rest. */
-SPRINGLS__FN bool springls__has_forces(const springls_tiling_step_desc *desc)
+/* Finds where anything may move bodies that are at rest; returns false where nothing does. */
+SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
 {
-    return springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    int k;
+    memset(region, 0, sizeof *region);
+    region->everywhere = desc->film || !springls__has_box(desc);
+    for (k = 0; k < 3; k++) {
+        region->lower[k] = desc->region_lower[k];
+        region->upper[k] = desc->region_upper[k];
+    }
+    return springls__has_films(desc) || desc->film || springls__pushes(desc);
 }
 
 /* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
@@ -53920,7 +54264,7 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 
 /* ---- as it was ---- */
 
-/* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
+/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. */
 SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
@@ -53930,7 +54274,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     springls__table tables[2];
     size_t size;
     (void)tiling, (void)arg;
-    body->backup_size = 0;
+    if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
@@ -53941,7 +54285,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     return SPRINGLS_OK;
 }
 
-/* Goes back to the models as they were, where they have been kept. */
+/* Goes back to the models as they were, where they have been kept, and to the counts of rest. */
 SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
 {
     int i;
@@ -53951,7 +54295,9 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
+        if (body->backup_size) body->rest.calm = 0;
         body->backup_size = 0;
+        body->rest.idle = body->rest.idle_before;
     }
 }
 
@@ -53968,9 +54314,11 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     push.desc = desc;
     push.body = body;
     forces.user = &push;
-    if (desc->velocity || springls__has_films(desc)) forces.velocity_batch = springls__tiling_velocity;
-    if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
+    if (body->rest.forced && (desc->velocity || springls__has_films(desc))) forces.velocity_batch = springls__tiling_velocity;
+    if (body->rest.forced && desc->pressure) forces.pressure_batch = springls__tiling_pressure;
     forces.integrator = desc->integrator;
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
@@ -54035,6 +54383,7 @@ SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tilin
     for (i = tiling->count - 1; i > 0; i--) {
         const springls__tiling_body body = tiling->body[i];
         bool vanished;
+        if (!body.rest.awake) continue;
         SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
         if (!vanished) continue;
         tiling->count--;
@@ -54058,25 +54407,25 @@ SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, sp
     }
     for (i = 0; i < tiling->count; i++) {
         float *facing = springls__facing_values(&tiling->body[i]);
-        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
-            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
+        for (k = 0; k < springls_count(tiling->body[i].ctx); k++) {
+            if (springls__body_number(tiling, (int32_t)facing[k]) >= 0) continue;
+            facing[k] = (float)SPRINGLS__NO_LABEL;
+            tiling->body[i].rest.calm = 0;
+        }
     }
 }
 
-/* Sums up the gaps of all springls that have a sheet before them. */
+/* Sums up the gaps of all bodies. */
 SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_tiling_report *report)
 {
-    const springls__tiling_body *last = &tiling->body[tiling->count - 1];
-    const int springls = last->first + last->ctx->model.set.count;
-    const float *gap = (const float *)tiling->gap.data;
     double sum = 0.0, sum2 = 0.0;
     int i, found = 0;
-    for (i = 0; i < springls; i++) {
-        if (gap[i] == FLT_MAX) continue;
-        found++;
-        sum += fabs((double)gap[i]);
-        sum2 += (double)gap[i] * (double)gap[i];
-        report->largest_gap = springls__max(report->largest_gap, springls__fabs(gap[i]));
+    for (i = 0; i < tiling->count; i++) {
+        const springls__gaps *gaps = &tiling->body[i].gaps;
+        found += gaps->springls;
+        sum += gaps->sum;
+        sum2 += gaps->sum2;
+        report->largest_gap = springls__max(report->largest_gap, gaps->largest);
     }
     if (found) {
         report->mean_gap = (float)(sum / (double)found);
@@ -54093,55 +54442,71 @@ SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const sprin
     return tiling->steps % period == 0;
 }
 
-/* Looks at all walls, closes them, and finds which bodies have met, parted or joined. */
+/* Wakes the bodies beside which something stirs, and lets them make their own step, in which nothing of them changes. */
+SPRINGLS__FN springls_status springls__rouse_beside(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    bool roused;
+    int i;
+    SPRINGLS__TRY(springls__rouse_bodies(tiling, &roused));
+    for (i = 0; i < tiling->count && roused; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        if (!body->rest.awake || body->backup_size) continue;
+        body->status = springls__back_up(tiling, body, NULL);
+        if (body->status == SPRINGLS_OK) body->status = springls__step_body(tiling, body, desc);
+        if (body->status != SPRINGLS_OK) return springls__body_failed(tiling, body->status, call, body->label, body->ctx);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Looks at the walls of the bodies that are awake, closes them, and finds which bodies have met, parted or joined. */
 SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                      springls_tiling_report *report)
 {
     const char *call = "tiling_step";
     springls__pair_list pairs;
-    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) {
+        SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+        SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+    }
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    if (tiling->idle < SPRINGLS__MOST_IDLE) SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
-    else SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, false));
-    springls__report_gaps(tiling, report);
-    SPRINGLS__TRY(springls__list_pairs(tiling, &tiling->pairs, &pairs));
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
+    SPRINGLS__TRY(springls__list_pairs(tiling, call, &pairs));
     SPRINGLS__TRY(springls__find_changes(tiling, &pairs, report));
     SPRINGLS__TRY(springls__prepare_joins(tiling, call, desc, &pairs));
     return springls__report_joins(tiling, report);
 }
 
-/* Does the work on a checked description. On failure models are left as they are. */
+/* Does the work of the bodies that are awake, on a checked description. On failure models are left as they are. */
 SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
-    const int idle = tiling->idle;
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    int i;
+    for (i = 0; i < tiling->count && !springls__facing_is_known(tiling); i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__step_body, desc));
+    SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
     SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
-    springls__count_idle(tiling, springls__has_forces(desc));
-    SPRINGLS__TRY(springls__work_on_walls(tiling, desc, report));
-    if (idle == SPRINGLS__MOST_IDLE || tiling->idle < SPRINGLS__MOST_IDLE) return SPRINGLS_OK;
-    return springls__for_bodies(tiling, call, springls__put_to_rest, NULL);
+    springls__count_idle(tiling);
+    if (springls__has_bodies(tiling, SPRINGLS__LOOKING_BODIES)) SPRINGLS__TRY(springls__work_on_walls(tiling, desc, report));
+    if (springls__looks_now(tiling, desc)) springls__report_gaps(tiling, report);
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__put_to_rest, NULL));
+    return springls__for_some(tiling, call, SPRINGLS__RESTING_BODIES, springls__step_body, desc); /* they only count */
 }
 
-/* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
-SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+/* Fails where the box that forces act in is none. */
+SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    return !springls__has_forces(desc) && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
-}
-
-/* Counts a step of a tiling at rest. */
-SPRINGLS__FN springls_status springls__count_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
-                                                  springls_tiling_report *report)
-{
-    SPRINGLS__TRY(springls__for_bodies(tiling, "tiling_step", springls__step_body, desc));
-    tiling->steps++;
-    if (springls__looks_now(tiling, desc)) *report = tiling->calm_report;
-    return SPRINGLS_OK;
+    springls_forces forces = springls_default_forces();
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    SPRINGLS__TRY(springls__check_forces(tiling->host, &forces));
+    if (!springls__has_films(desc) || !springls__has_box(desc)) return SPRINGLS_OK;
+    return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                          "tiling_step: a region is given, but surface tension and held volumes act everywhere");
 }
 
 SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
@@ -54150,6 +54515,7 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     if (!desc) return springls__fail_null(tiling->host, call, "the description");
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
+    SPRINGLS__TRY(springls__check_box(tiling, desc));
     if (desc->wall_period < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
     SPRINGLS__TRY(springls__check_held(tiling, call, desc));
@@ -54159,20 +54525,21 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-/* Makes a step in which something may change. On failure the tiling is left as it is. */
+/* Makes a step. On failure the tiling is left as it is. */
 SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
     springls_status status;
     uint32_t steps;
-    bool facing_known, slept;
-    int count, idle, i;
-    slept = springls__bodies_sleep(tiling);
+    springls__force_region region;
+    const bool forces = springls__region_of_step(desc, &region);
+    bool facing_known;
+    int count, i;
+    SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
     steps = tiling->steps;
-    idle = tiling->idle;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
     springls__free_films(tiling);
@@ -54181,19 +54548,19 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
         springls__take_neighbors(tiling);
         springls__take_joins(tiling, desc);
-        springls__note_rest(tiling, slept && count == tiling->count, report);
+        springls__note_rest(tiling);
+        springls__note_springls(tiling);
         return SPRINGLS_OK;
     }
     springls__free_joins(tiling);
     tiling->has_next = false;
-    tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;
     springls__sort_bodies(tiling->body, count);
     springls__go_back(tiling);
     tiling->steps = steps;
-    tiling->idle = idle;
     tiling->facing_known = facing_known;
+    springls__note_springls(tiling);
     return status;
 }
 
@@ -54201,15 +54568,11 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
                                                            springls_tiling_report *report)
 {
     springls_tiling_report own;
-    springls_status status;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
-    tiling->idle = springls__idle_steps(tiling);
-    status = (springls__only_counts(tiling, desc) ? springls__count_step : springls__whole_step)(tiling, desc, report);
-    tiling->stepped = springls__bodies_version(tiling);
-    return status;
+    return springls__whole_step(tiling, desc, report);
 }
 
 SPRINGLS__TILINGS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)

@@ -1240,6 +1240,9 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
+    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
+                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. Both all zero:
+                                        everywhere; they have to be with tension or held volumes                      */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
@@ -1273,9 +1276,9 @@ typedef struct springls_tiling_report {
 /* Moves all bodies from their time by dt, by SPRINGLS_MODE_FLUID, then closes walls and draws their two sheets together where they are
    more than .15 voxel apart. Bodies that come nearer than .06 voxel face each other from then on; in a step they should not come more
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
-   that. After 256 steps without forces or edits all bodies are put to rest as they are, and walls are no longer closed. report: may be
-   NULL. INVALID_ARGUMENT: also a tension or a target below 0, and a label that cannot be held. NON_FINITE: from a
-   callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
+   that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
+   report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 

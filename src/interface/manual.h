@@ -566,10 +566,12 @@
    that has shrunk to a line where four meet gives way to one between the two others (a T1 change), where that is shorter. Both
    make the mesh anew in every step. Tension is in squared world units: a dt of 0.5 spacing^2 / tension is stable.
 
-   Bodies rest as models do (REST). Once all sleep, and closing the walls has changed nothing in 8 steps, a step without forces costs next
-   to nothing: from a label map after some 200 steps. After 256 steps without forces, or 256 since springls were last
-   changed by hand, all are put to rest, and walls are no longer closed, where all models may sleep: at lines where walls meet some
-   would add springls and remove them again for ever. springls_tiling_snapshot writes all bodies as one block, which
+   Bodies rest as models do (REST). A body whose model sleeps, where closing and looking at its walls has changed nothing in 8 steps, costs
+   next to nothing until a force acts on it or springls of it are changed by hand, or something moves beside it: so a step costs as much as
+   the bodies where something happens, and that of label 0. Forces that act in one place state its box (region_lower, region_upper). A body
+   is put to rest as it is, and its walls are no longer closed, after 256 steps without forces on it or on bodies beside it, or since one of
+   them was last changed by hand, where models may sleep: at lines where walls meet some would add springls and remove them again for
+   ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
    Not there yet: backends, windows and combinations of whole tilings.

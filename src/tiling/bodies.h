@@ -17,24 +17,45 @@ enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1, SPRINGLS__MOST_
 /* The volume of a body, and what holds it (films.h), world units; target 0: nothing does. */
 typedef struct springls__held { double target, drift, volume, pressure, missing, way, product; bool is_given; } springls__held;
 
+/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
+typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
+
+typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
+
+/* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
+typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
+
+/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). */
+typedef struct springls__body_rest {
+    uint64_t version, stepped; /* springls_version of the model: as the step began, and after the last one            */
+    int idle, idle_before;     /* steps without forces, the last ones, at most MOST_IDLE; as the step began            */
+    int calm;                  /* how many steps, the last ones, have changed nothing of it nor beside it              */
+    uint64_t facing_hash;      /* of what its springls faced after the last one in which it was awake                  */
+    bool awake;                /* takes part in the step                                                               */
+    bool looks;                /* its sheets are looked at, where the step looks                                       */
+    bool put;                  /* it has been put to rest as it is, and stays so                                       */
+    bool forced, driven;       /* forces act on it; or on a body beside it, or one of them may not sleep               */
+    bool slept, beside;        /* the model was asleep as the step began; something has stirred in one of its bricks   */
+} springls__body_rest;
+
 /* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
     int32_t label;
     float sign;                /* of phi and normals: -1 for label 0                                                 */
     springls__box box;         /* of its particles, voxels (springls__look_at_bodies)                                */
+    uint64_t boxed;            /* the springls_version that it is of; 0: there is none                               */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     springls__held held;
     int first;                 /* its springls begin there in arrays of all springls                                 */
+    springls__body_rest rest;
+    springls__gaps gaps;       /* as of the last look at its sheets; and the pairs that it is part of, label 0 left out */
+    springls__pair_list pairs;
+    springls__buffer pair_memory; /* memory of ctx                                                                   */
 } springls__tiling_body;
-
-/* Two bodies that face each other: by how many springls that have a sheet before them, and the sum of their gaps, voxels. */
-typedef struct springls__pair { int32_t low, high; int springls; double gap; } springls__pair;
-
-typedef struct springls__pair_list { springls__pair *pair; int count; } springls__pair_list;
 
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
@@ -55,11 +76,7 @@ struct springls_tiling {
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
-    int idle;                  /* steps without forces, the last ones; no more than MOST_IDLE are counted (tiling_rest.h) */
-    uint64_t stepped;          /* the sum of the bodies' springls_version after the last step (tiling_rest.h)         */
-    int calm_steps;            /* how many, the last ones, have changed nothing (tiling_rest.h)                      */
-    uint64_t calm_hash;        /* of what springls have faced since                                                  */
-    springls_tiling_report calm_report; /* the last one with gaps                                                    */
+    springls__buffer marked;   /* working memory: a byte for each brick of the grid (tiling_rest.h)                   */
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -81,6 +98,7 @@ SPRINGLS__FN int springls__body_number(const springls_tiling *tiling, int32_t la
 SPRINGLS__FN void springls__body_free(springls__tiling_body *body)
 {
     if (body->ctx) springls__buffer_free(body->ctx, &body->backup);
+    if (body->ctx) springls__buffer_free(body->ctx, &body->pair_memory);
     springls_destroy(body->ctx);
     memset(body, 0, sizeof *body);
 }
@@ -111,6 +129,13 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
     return SPRINGLS_OK;
 }
 
+/* Lets all bodies begin anew to come to rest. */
+SPRINGLS__FN void springls__end_rest(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle = tiling->body[i].rest.calm = 0;
+}
+
 /* Replaces the bodies by `count` others, ascending by label. */
 SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffer *bodies, int count)
 {
@@ -122,7 +147,7 @@ SPRINGLS__FN void springls__take_bodies(springls_tiling *tiling, springls__buffe
     tiling->facing_known = false;
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
-    tiling->idle = tiling->calm_steps = 0;
+    springls__end_rest(tiling);
 }
 
 /* Orders bodies by their labels. Nearly all are in order. */
@@ -135,6 +160,9 @@ SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
         body[k] = moved;
     }
 }
+
+/* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */
+SPRINGLS__FN bool springls__settles(const springls__tiling_body *body) { return body->rest.idle < SPRINGLS__MOST_IDLE; }
 
 /* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
 SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
@@ -162,21 +190,52 @@ SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
 
 /* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
 typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
-typedef struct springls__body_job { springls_tiling *tiling; springls__body_fn run; const void *arg; } springls__body_job;
+typedef enum springls__which {
+    SPRINGLS__ALL_BODIES,
+    SPRINGLS__AWAKE_BODIES,
+    SPRINGLS__RESTING_BODIES, /* the others */
+    SPRINGLS__LOOKING_BODIES
+} springls__which;
+typedef struct springls__body_job {
+    springls_tiling *tiling;
+    springls__which which;
+    springls__body_fn run;
+    const void *arg;
+} springls__body_job;
+
+SPRINGLS__FN bool springls__is_among(const springls__tiling_body *body, springls__which which)
+{
+    if (which == SPRINGLS__LOOKING_BODIES) return body->rest.looks;
+    return which == SPRINGLS__ALL_BODIES || body->rest.awake == (which == SPRINGLS__AWAKE_BODIES);
+}
 
 SPRINGLS__FN void springls__body_task(void *arg, int begin, int end)
 {
     const springls__body_job *job = (const springls__body_job *)arg;
-    for (; begin < end; begin++)
-        job->tiling->body[begin].status = (job->run)(job->tiling, &job->tiling->body[begin], job->arg);
+    for (; begin < end; begin++) {
+        springls__tiling_body *body = &job->tiling->body[begin];
+        body->status = SPRINGLS_OK;
+        if (springls__is_among(body, job->which)) body->status = (job->run)(job->tiling, body, job->arg);
+    }
 }
 
-/* Runs a function for each body; fails with the failure of the lowest label. */
-SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+SPRINGLS__FN bool springls__has_bodies(const springls_tiling *tiling, springls__which which)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++)
+        if (springls__is_among(&tiling->body[i], which)) return true;
+    return false;
+}
+
+/* Runs a function for each of these bodies; fails with the failure of the lowest label. */
+SPRINGLS__FN springls_status springls__for_some(springls_tiling *tiling, const char *call, springls__which which, springls__body_fn run,
+                                                const void *arg)
 {
     springls__body_job job;
     int i;
+    if (!springls__has_bodies(tiling, which)) return SPRINGLS_OK;
     job.tiling = tiling;
+    job.which = which;
     job.run = run;
     job.arg = arg;
     springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
@@ -184,6 +243,12 @@ SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const
         if (tiling->body[i].status != SPRINGLS_OK)
             return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
     return SPRINGLS_OK;
+}
+
+/* Runs a function for each body. */
+SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const char *call, springls__body_fn run, const void *arg)
+{
+    return springls__for_some(tiling, call, SPRINGLS__ALL_BODIES, run, arg);
 }
 
 /* ---- public calls ---- */
@@ -241,6 +306,7 @@ SPRINGLS__TILINGS_API void springls_tiling_destroy(springls_tiling *tiling)
     springls__buffer_free(host, &tiling->joined);
     springls__buffer_free(host, &tiling->pairs);
     springls__buffer_free(host, &tiling->joins);
+    springls__buffer_free(host, &tiling->marked);
     for (i = 0; i < 4; i++) springls__buffer_free(host, &tiling->film_memory[i]);
     springls__release(host, tiling, sizeof *tiling);
     springls_destroy(host);

@@ -470,19 +470,23 @@ SPRINGLS__FN bool springls__film_has(const springls__film *film, int32_t label)
     return false;
 }
 
+/* Returns how fast a label draws back from a junction; NULL: it does not. */
+SPRINGLS__FN const springls__v3 *springls__drawing_back(const springls__junction *junction, const springls__film *film, int32_t label)
+{
+    const int i = springls__place_at_film(film, label);
+    return i >= 0 && junction->draws_back[i] ? &junction->velocity[i] : NULL;
+}
+
 /* Returns the velocity of a vertex as the wall between two labels has it. */
 SPRINGLS__FN springls__v3 springls__vertex_velocity(const springls_tiling *tiling, const springls__film *film, int32_t own, int32_t facing)
 {
-    int i;
-    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
-        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
-        if (junction->draws_back[i] && film->label[i] == own) return junction->velocity[i];
-    }
-    for (i = 0; i < SPRINGLS__JUNCTION_LABELS && film->junction >= 0; i++) {
-        const springls__junction *junction = (const springls__junction *)tiling->junctions.data + film->junction;
-        if (junction->draws_back[i] && film->label[i] == facing) return junction->velocity[i];
-    }
-    return film->velocity;
+    const springls__junction *junction;
+    const springls__v3 *velocity;
+    if (film->junction < 0) return film->velocity;
+    junction = (const springls__junction *)tiling->junctions.data + film->junction;
+    velocity = springls__drawing_back(junction, film, own);
+    if (!velocity) velocity = springls__drawing_back(junction, film, facing);
+    return velocity ? *velocity : film->velocity;
 }
 
 /* Returns the velocity at a place of a body's surface, where it faces a label: the mean of the vertices of that wall, or of any wall of the

@@ -9,7 +9,7 @@
 #include "sheets.h"
 
 /* Two bodies that become one: its model, which is new, and the label that is gone. */
-typedef struct springls__join { springls__tiling_body body; int32_t gone; } springls__join;
+typedef struct springls__coalescence { springls__tiling_body body; int32_t gone; } springls__coalescence;
 
 /* Pushes the springls of a copy of a body that face a label through the wall. */
 SPRINGLS__FN springls_status springls__push_through(springls__tiling_body *copy, int32_t label)
@@ -41,13 +41,16 @@ SPRINGLS__FN void springls__face_instead(springls__tiling_body *body, int32_t go
 {
     float *facing = springls__facing_values(body);
     int i;
-    for (i = 0; facing && i < springls_count(body->ctx); i++)
-        if ((int32_t)facing[i] == gone) facing[i] = (float)instead;
+    for (i = 0; facing && i < springls_count(body->ctx); i++) {
+        if ((int32_t)facing[i] != gone) continue;
+        facing[i] = (float)instead;
+        body->rest.calm = 0;
+    }
 }
 
 /* Makes the model of two bodies that share a wall; they stay as they are. */
 SPRINGLS__FN springls_status springls__make_joined(springls_tiling *tiling, const char *call, const springls__tiling_body *kept,
-                                                   const springls__tiling_body *gone, springls__join *join)
+                                                   const springls__tiling_body *gone, springls__coalescence *join)
 {
     springls__tiling_body copy;
     springls_status status;
@@ -72,7 +75,7 @@ SPRINGLS__FN springls_status springls__make_joined(springls_tiling *tiling, cons
 }
 
 /* Puts a joined body in the place of the two that it was made of. */
-SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join *join)
+SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__coalescence *join)
 {
     const int kept = springls__body_number(tiling, join->body.label), gone = springls__body_number(tiling, join->gone);
     int i;
@@ -85,14 +88,13 @@ SPRINGLS__FN void springls__take_joined(springls_tiling *tiling, springls__join 
     for (i = 0; i < tiling->count; i++)
         if (tiling->body[i].label != join->body.label) springls__face_instead(&tiling->body[i], join->gone, join->body.label);
     tiling->neighbors_known = false;
-    tiling->idle = tiling->calm_steps = 0;
 }
 
 /* Frees the joined bodies that have been prepared, and not been taken. */
 SPRINGLS__FN void springls__free_joins(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->join_count; i++) springls__body_free(&((springls__join *)tiling->joins.data)[i].body);
+    for (i = 0; i < tiling->join_count; i++) springls__body_free(&((springls__coalescence *)tiling->joins.data)[i].body);
     tiling->join_count = 0;
 }
 
@@ -112,7 +114,7 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
 /* Returns whether a label takes part in a join that has been prepared. */
 SPRINGLS__FN bool springls__is_joining(const springls_tiling *tiling, int32_t label)
 {
-    const springls__join *join = (const springls__join *)tiling->joins.data;
+    const springls__coalescence *join = (const springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++)
         if (join[i].body.label == label || join[i].gone == label) return true;
@@ -127,13 +129,13 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
     for (i = 0; desc->film && i < pairs->count; i++) {
         const springls__pair *pair = &pairs->pair[i];
         const int kept = springls__body_number(tiling, pair->low), gone = springls__body_number(tiling, pair->high);
-        const size_t bytes = (size_t)tiling->join_count * sizeof(springls__join);
+        const size_t bytes = (size_t)tiling->join_count * sizeof(springls__coalescence);
         bool join;
         SPRINGLS__TRY(springls__is_to_join(tiling, call, desc, pair, &join));
         if (!join || kept < 0 || gone < 0 || springls__is_joining(tiling, pair->low) || springls__is_joining(tiling, pair->high)) continue;
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__join), bytes));
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence), bytes));
         SPRINGLS__TRY(springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone],
-                                            (springls__join *)tiling->joins.data + tiling->join_count));
+                                            (springls__coalescence *)tiling->joins.data + tiling->join_count));
         tiling->join_count++;
     }
     return SPRINGLS_OK;
@@ -142,7 +144,7 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
 /* Makes room for the report of the joins that have been prepared. */
 SPRINGLS__FN springls_status springls__report_joins(springls_tiling *tiling, springls_tiling_report *report)
 {
-    const springls__join *join = (const springls__join *)tiling->joins.data;
+    const springls__coalescence *join = (const springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++)
         SPRINGLS__TRY(springls__note_pair(tiling, &tiling->joined, &report->joined_count, join[i].body.label, join[i].gone));
@@ -162,7 +164,7 @@ SPRINGLS__FN springls_tiling_hold *springls__hold_of(const springls_tiling_step_
 /* Takes the bodies that have been joined. What two of them were held at is held of both together. */
 SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    springls__join *join = (springls__join *)tiling->joins.data;
+    springls__coalescence *join = (springls__coalescence *)tiling->joins.data;
     int i;
     for (i = 0; i < tiling->join_count; i++) {
         springls_tiling_hold *kept = springls__hold_of(desc, join[i].body.label), *gone = springls__hold_of(desc, join[i].gone);
@@ -181,7 +183,7 @@ SPRINGLS__FN void springls__take_joins(springls_tiling *tiling, const springls_t
 SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other)
 {
     const char *call = "tiling_join";
-    springls__join join;
+    springls__coalescence join;
     springls_status status;
     int i, k, kept, gone, facing = 0;
     bool known;

@@ -110,7 +110,7 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
     return SPRINGLS_OK;
 }
 
-/* Gives each body the springls that its walls miss; *mirrored counts them. */
+/* Gives each body that is awake the springls that its walls miss; *mirrored counts them. */
 SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, const char *call, int *mirrored)
 {
     int springls, to, from, count;
@@ -118,9 +118,11 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
     for (to = 0; to < tiling->count; to++) {
         springls__tiling_body *body = &tiling->body[to];
         const int before = body->ctx->model.set.count;
-        springls_status status = springls__read_cell_list(body->ctx);
+        springls_status status;
+        if (!body->rest.awake || body->rest.put) continue;
+        status = springls__read_cell_list(body->ctx);
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
-            if (from != to && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
+            if (from != to && tiling->body[from].rest.awake && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
         if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);

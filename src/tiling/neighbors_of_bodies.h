@@ -37,39 +37,55 @@ SPRINGLS__FN const springls__pair *springls__find_pair(const springls__pair_list
     return i < list->count && list->pair[i].low == low && list->pair[i].high == high ? &list->pair[i] : NULL;
 }
 
-/* Adds a springl that faces another body to a sorted list. */
-SPRINGLS__FN springls_status springls__add_to_pair(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list, int32_t own,
-                                                   int32_t facing, float gap)
+/* Adds springls that face another body, and the sum of their gaps, to a sorted list in memory of a model's. */
+SPRINGLS__FN springls_status springls__add_to_pair(springls_context *ctx, springls__buffer *memory, springls__pair_list *list,
+                                                   const springls__pair *added)
 {
-    const int32_t low = own < facing ? own : facing, high = own < facing ? facing : own;
-    const int at = springls__pair_place(list, low, high);
-    springls__pair *pair;
-    if (!springls__find_pair(list, low, high)) {
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, memory, (size_t)list->count + 1, sizeof *pair, (size_t)list->count * sizeof *pair));
-        list->pair = pair = (springls__pair *)memory->data;
-        memmove(pair + at + 1, pair + at, (size_t)(list->count++ - at) * sizeof *pair);
-        memset(&pair[at], 0, sizeof *pair);
-        pair[at].low = low;
-        pair[at].high = high;
+    const size_t bytes = (size_t)list->count * sizeof *list->pair;
+    const int at = springls__pair_place(list, added->low, added->high);
+    if (!springls__find_pair(list, added->low, added->high)) {
+        SPRINGLS__TRY(springls__buffer_grow(ctx, memory, (size_t)list->count + 1, sizeof *added, bytes));
+        list->pair = (springls__pair *)memory->data;
+        memmove(list->pair + at + 1, list->pair + at, (size_t)(list->count++ - at) * sizeof *added);
+        list->pair[at] = *added;
+        return SPRINGLS_OK;
     }
-    list->pair[at].springls++;
-    list->pair[at].gap += (double)springls__fabs(gap);
+    list->pair[at].springls += added->springls;
+    list->pair[at].gap += added->gap;
+    return SPRINGLS_OK;
+}
+
+/* Lists the pairs that a body is part of, where its sheets have been looked at. */
+SPRINGLS__FN springls_status springls__list_own_pairs(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    const float *facing = springls__facing_values(body), *gap = (const float *)tiling->gap.data + body->first;
+    springls__pair pair;
+    int i;
+    (void)arg;
+    body->pairs.pair = NULL;
+    body->pairs.count = 0;
+    for (i = 0; body->label > 0 && i < body->ctx->model.set.count; i++) {
+        const int32_t label = (int32_t)facing[i];
+        if (label <= 0 || gap[i] == FLT_MAX) continue;
+        pair.low = label < body->label ? label : body->label;
+        pair.high = label < body->label ? body->label : label;
+        pair.springls = 1;
+        pair.gap = (double)springls__fabs(gap[i]);
+        SPRINGLS__TRY(springls__add_to_pair(body->ctx, &body->pair_memory, &body->pairs, &pair));
+    }
     return SPRINGLS_OK;
 }
 
 /* Lists the pairs of bodies that face each other now, label 0 left out, where sheets have been looked at. */
-SPRINGLS__FN springls_status springls__list_pairs(springls_tiling *tiling, springls__buffer *memory, springls__pair_list *list)
+SPRINGLS__FN springls_status springls__list_pairs(springls_tiling *tiling, const char *call, springls__pair_list *list)
 {
     int i, k;
     list->pair = NULL;
     list->count = 0;
-    for (i = 1; i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
-        const float *facing = springls__facing_values(body), *gap = (const float *)tiling->gap.data + body->first;
-        for (k = 0; k < body->ctx->model.set.count; k++)
-            if (facing[k] > 0.0f && gap[k] < FLT_MAX)
-                SPRINGLS__TRY(springls__add_to_pair(tiling, memory, list, body->label, (int32_t)facing[k], gap[k]));
-    }
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__LOOKING_BODIES, springls__list_own_pairs, NULL));
+    for (i = 1; i < tiling->count; i++)
+        for (k = 0; k < tiling->body[i].pairs.count; k++)
+            SPRINGLS__TRY(springls__add_to_pair(tiling->host, &tiling->pairs, list, &tiling->body[i].pairs.pair[k]));
     return SPRINGLS_OK;
 }
 

@@ -377,7 +377,7 @@ SPRINGLS__FN springls_status springls__insert_body(springls_tiling *tiling, spri
     tiling->count = n;
     tiling->facing_known = false;
     tiling->neighbors_known = false;
-    tiling->idle = tiling->calm_steps = 0;
+    springls__end_rest(tiling);
     return SPRINGLS_OK;
 }
 

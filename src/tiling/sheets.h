@@ -53,12 +53,14 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 
 /* ---- what lies where ---- */
 
-/* Finds the box of a body's particles, and lists them in cells. */
+/* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     const springls__constellation *set = &body->ctx->model.set;
     int i;
     (void)tiling, (void)arg;
+    if (body->boxed == body->ctx->springls_version) return springls__read_cell_list(body->ctx);
+    body->boxed = body->ctx->springls_version;
     body->box = springls__box_empty();
     for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
     return springls__read_cell_list(body->ctx);
@@ -146,6 +148,7 @@ typedef struct springls__sheets_job {
     float *facing, *gap;   /* a springl of the body; gap FLT_MAX: no sheet is in front                                */
     springls__v3 *shift;   /* NULL: they only look                                                                    */
     bool known;            /* facing is that of before                                                                */
+    bool stays;            /* facing stays as it is                                                                   */
     const springls_tiling_step_desc *desc; /* whose films part; NULL: no step is made                                 */
 } springls__sheets_job;
 
@@ -197,6 +200,15 @@ SPRINGLS__FN bool springls__has_films(const springls_tiling_step_desc *desc)
     return desc->dt > 0.0f && (desc->tension != 0.0f || desc->held_count > 0);
 }
 
+/* Returns the gap of a springl at p with normal n to the sheet of a body; FLT_MAX: there is none, as for a body -1. */
+SPRINGLS__FN float springls__gap_to(const springls_tiling *tiling, int faced, springls__v3 p, springls__v3 n)
+{
+    float gap;
+    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
+                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), &gap);
+    return there ? gap : FLT_MAX;
+}
+
 /* Finds the body that a springl at p with normal n faces, and its gap; faced: the one that it has faced, -1: not known.
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
@@ -206,8 +218,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
 {
     const springls_tiling *tiling = job->tiling;
     const int own = job->own;
-    const bool there = faced >= 0 && springls__in_reach(&tiling->body[faced].box, p, 1.0f)
-                       && springls__sheet_distance(&tiling->body[faced], p, springls__scale(n, -1.0f), gap);
+    const bool there = (*gap = springls__gap_to(tiling, faced, p, n)) < FLT_MAX;
     const bool films = job->desc && springls__has_films(job->desc);
     float d = 0.0f, touching;
     int other;
@@ -224,6 +235,13 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
 }
 
+/* Returns whether a springl is drawn to the sheet that it faces. The model of label 0, which faces most bodies, is not to those that have
+   been put to rest. */
+SPRINGLS__FN bool springls__is_drawn(const springls__sheets_job *job, int faced, float gap)
+{
+    return gap < FLT_MAX && (job->own > 0 || springls__settles(&job->tiling->body[faced]));
+}
+
 SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
 {
     const springls__sheets_job *job = (const springls__sheets_job *)arg;
@@ -234,11 +252,31 @@ SPRINGLS__FN void springls__sheets_task(void *arg, int begin, int end)
         int faced = job->known ? springls__body_number(job->tiling, (int32_t)job->facing[begin]) : -1;
         float gap = FLT_MAX;
         if (faced == job->own) faced = -1;
+        if (job->stays) {
+            job->gap[begin] = springls__gap_to(job->tiling, faced, s->p, n);
+            continue;
+        }
         faced = springls__faced_by(job, s->p, n, faced, &gap);
         job->facing[begin] = (float)(faced < 0 ? SPRINGLS__NO_LABEL : job->tiling->body[faced].label);
         job->gap[begin] = gap;
-        if (job->shift) job->shift[begin] = springls__scale(n, gap < FLT_MAX ? springls__way_to_middle(gap) : 0.0f);
+        if (job->shift) job->shift[begin] = springls__scale(n, springls__is_drawn(job, faced, gap) ? springls__way_to_middle(gap) : 0.0f);
     }
+}
+
+/* Sums up the gaps of a body's springls that have a sheet before them. */
+SPRINGLS__FN springls__gaps springls__sum_gaps(const float *gap, int count)
+{
+    springls__gaps sum;
+    int i;
+    memset(&sum, 0, sizeof sum);
+    for (i = 0; i < count; i++) {
+        if (gap[i] == FLT_MAX) continue;
+        sum.springls++;
+        sum.sum += fabs((double)gap[i]);
+        sum.sum2 += (double)gap[i] * (double)gap[i];
+        sum.largest = springls__max(sum.largest, springls__fabs(gap[i]));
+    }
+    return sum;
 }
 
 /* Fails where the callback of films gave what it must not, for the least such pair of labels. */
@@ -249,6 +287,7 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
     for (i = 0; i < tiling->count; i++) {
         const springls__tiling_body *body = &tiling->body[i];
         const float *gap = (const float *)tiling->gap.data + body->first, *facing = springls__facing_values(body);
+        if (!body->rest.awake) continue;
         for (k = 0; k < body->ctx->model.set.count; k++) {
             const int32_t label = (int32_t)facing[k], a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
             if (gap[k] > SPRINGLS__FILM_REFUSED || (low > 0 && (a > low || (a == low && b >= high)))) continue;
@@ -259,7 +298,8 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
     return low > 0 ? springls__refuse_film(tiling, call, desc, low, high) : SPRINGLS_OK;
 }
 
-/* Finds what the springls of all bodies, which have the attribute for it, face, and their gaps; with move also how far they go. */
+/* Finds what the springls of the bodies that are awake, which have the attribute for it, face, and their gaps; with move also how far they
+   go, but for bodies without forces for so long that they are to come to rest. Of others that look, the gaps alone. */
 SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                       bool move)
 {
@@ -272,12 +312,16 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
     job.desc = desc;
     job.known = tiling->facing_known;
     for (i = 0; i < tiling->count; i++) {
-        const springls__tiling_body *body = &tiling->body[i];
+        springls__tiling_body *body = &tiling->body[i];
+        const int count = body->ctx->model.set.count;
+        if (!body->rest.looks) continue;
         job.own = i;
+        job.stays = body->rest.put;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
-        job.shift = move ? (springls__v3 *)tiling->shift.data + body->first : NULL;
-        springls__parallel(tiling->host, body->ctx->model.set.count, 64, springls__sheets_task, &job);
+        job.shift = move && springls__settles(body) ? (springls__v3 *)tiling->shift.data + body->first : NULL;
+        springls__parallel(tiling->host, count, 64, springls__sheets_task, &job);
+        body->gaps = springls__sum_gaps(job.gap, count);
     }
     tiling->facing_known = true;
     return springls__check_films(tiling, call, desc);
@@ -293,6 +337,7 @@ SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, cons
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     tiling->facing_known = false;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
     return springls__look_at_sheets(tiling, call, NULL, false);
 }
 
@@ -308,6 +353,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
     springls__v3 *q;
     int first = 0, end = set->count, i, m;
     (void)arg;
+    if (!springls__settles(body)) return SPRINGLS_OK;
     while (first < end && springls__length2(shift[first]) == 0.0f) first++;
     while (end > first && springls__length2(shift[end - 1]) == 0.0f) end--;
     if (first == end) return SPRINGLS_OK;
@@ -327,7 +373,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
 SPRINGLS__FN springls_status springls__draw_sheets(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, true));
-    return springls__for_bodies(tiling, call, springls__shift_body, NULL);
+    return springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__shift_body, NULL);
 }
 
 #endif

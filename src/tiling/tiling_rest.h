@@ -1,10 +1,16 @@
-/* tiling_rest.h - a tiling at rest. All models sleep (stages/sleep.h), and the walls have been looked at and closed without a change, so
-   that the same would come of it again: then a step without forces only counts, model by model, as a step of a model at rest does.
+/* tiling_rest.h - bodies at rest. A body rests while its model sleeps (stages/sleep.h), no force acts on it, and nothing beside it has
+   stirred for as many steps as it takes to close walls and to look at sheets once: the same would come of it again. It takes no part in a
+   step then but for the count, so that a step costs what the bodies cost where something moves. Bits are those of a step of all bodies.
+
+   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on, which
+   is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made their own
+   steps, and again after walls have been closed, so that nobody is left out who would see a change.
 
    Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
    body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
-   contracts. So a tiling without forces is put to rest after MOST_IDLE steps, as it is. The count begins anew where a caller has changed
-   the springls of a body, so that what he leaves has as many steps to settle; where a model may not sleep it does not begin. */
+   contracts. So a body without forces is put to rest after MOST_IDLE steps, as it is, and stays so whatever stirs beside it. The count
+   begins anew where a force acts on it or on a body beside it, or a caller has changed the springls of one of them, so that what he leaves
+   has as many steps to settle; where a model may not sleep it does not begin. */
 #ifndef SPRINGLS__TILING_TILING_REST_H
 #define SPRINGLS__TILING_TILING_REST_H
 
@@ -13,70 +19,243 @@
 #include "../stages/sleep.h"
 #include "bodies.h"
 
-/* Returns whether all models sleep. */
-SPRINGLS__FN bool springls__bodies_sleep(const springls_tiling *tiling)
+/* The box of voxels that forces act in. */
+typedef struct springls__force_region { bool everywhere; float lower[3], upper[3]; } springls__force_region;
+
+SPRINGLS__FN springls__force_region springls__whole_region(void)
+{
+    springls__force_region region;
+    memset(&region, 0, sizeof region);
+    region.everywhere = true;
+    return region;
+}
+
+SPRINGLS__FN bool springls__reaches_brick(const springls__force_region *region, const int origin[3])
+{
+    int k;
+    for (k = 0; k < 3 && !region->everywhere; k++)
+        if ((float)(origin[k] + SPRINGLS__BRICK) < region->lower[k] || (float)(origin[k] - 1) > region->upper[k]) return false;
+    return true;
+}
+
+/* Returns whether a body has an active brick in a region; region NULL: nowhere. */
+SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, const springls__force_region *region)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    int i, origin[3];
+    for (i = 0; region && i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], origin);
+        if (springls__reaches_brick(region, origin)) return true;
+    }
+    return false;
+}
+
+/* ---- bricks that are marked ---- */
+
+SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+    SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->marked, bricks, 1, 0));
+    memset(tiling->marked.data, 0, bricks);
+    return SPRINGLS_OK;
+}
+
+/* Marks the active bricks of a body that lie in a region. */
+SPRINGLS__FN void springls__mark_region(springls_tiling *tiling, const springls__tiling_body *body, const springls__force_region *region)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    uint8_t *marked = (uint8_t *)tiling->marked.data;
+    int i, origin[3];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], origin);
+        if (springls__reaches_brick(region, origin)) marked[g->slot_brick[g->active[i]]] = 1;
+    }
+}
+
+/* Marks the bricks in which a body was when it was last looked at: a caller may have moved it away. */
+SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &tiling->host->model.grid;
+    const float reach = 2.0f; /* voxels */
+    const springls__v3 lower = springls__add(body->box.lower, springls__v3_make(-reach, -reach, -reach));
+    const springls__v3 upper = springls__add(body->box.upper, springls__v3_make(reach, reach, reach));
+    int first[3], last[3], at[3], k;
+    if (body->boxed == 0 || lower.x > upper.x) return;
+    springls__voxel_of_place(g, lower, first);
+    springls__voxel_of_place(g, upper, last);
+    for (k = 0; k < 3; k++) {
+        first[k] /= SPRINGLS__BRICK;
+        last[k] /= SPRINGLS__BRICK;
+    }
+    for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
+        for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+            for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+                ((uint8_t *)tiling->marked.data)[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] = 1;
+}
+
+/* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
+SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    const int limit = springls__calm_limit(&body->ctx->model);
+    int i, o;
+    for (i = 0; i < g->active_count; i++) {
+        const int slot = g->active[i];
+        bool stirs = !springls_at_rest(body->ctx) && g->awake[slot];
+        for (o = 0; o < SPRINGLS__OCTANTS && !stirs; o++) stirs = g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
+        if (stirs) ((uint8_t *)tiling->marked.data)[g->slot_brick[slot]] = 1;
+    }
+}
+
+/* Returns whether a body has an active brick that is marked. */
+SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const springls__tiling_body *body)
+{
+    const springls__grid *g = &body->ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++)
+        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]]) return true;
+    return false;
+}
+
+/* ---- who takes part ---- */
+
+SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
+
+/* Begins anew to count for bodies whose springls a caller has changed since the last step, and for those beside them. */
+SPRINGLS__FN springls_status springls__note_changes(springls_tiling *tiling)
+{
+    const springls__force_region all = springls__whole_region();
+    bool changed = false;
+    int i;
+    for (i = 0; i < tiling->count; i++) changed = changed || springls__is_changed(&tiling->body[i]);
+    if (!changed) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++) {
+        if (!springls__is_changed(&tiling->body[i])) continue;
+        springls__mark_region(tiling, &tiling->body[i], &all);
+        springls__mark_box(tiling, &tiling->body[i]);
+    }
+    for (i = 0; i < tiling->count; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        if (springls__is_changed(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Begins the step of a body: what is known of it without the others. calm: steps, as many as it takes to look at all once. */
+SPRINGLS__FN void springls__wake_body(springls__tiling_body *body, const springls__force_region *region, int calm)
+{
+    springls__body_rest *rest = &body->rest;
+    const bool may_sleep = springls__may_sleep(body->ctx);
+    rest->version = body->ctx->springls_version;
+    rest->forced = springls__body_in_region(body, region);
+    rest->driven = rest->forced || !may_sleep;
+    rest->slept = springls_at_rest(body->ctx) && may_sleep;
+    rest->beside = false;
+    rest->put = !rest->driven && rest->idle == SPRINGLS__MOST_IDLE;
+    rest->looks = rest->driven || !rest->slept || rest->calm < calm;
+    rest->awake = rest->looks && !(rest->put && rest->slept);
+}
+
+/* Lets the bodies beside those that are driven begin anew to count. region NULL: no force acts. */
+SPRINGLS__FN springls_status springls__drive_others(springls_tiling *tiling, const springls__force_region *region)
+{
+    const springls__force_region all = springls__whole_region();
+    bool driven = false;
+    int i;
+    for (i = 0; i < tiling->count; i++) driven = driven || tiling->body[i].rest.driven;
+    if (!driven) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].rest.driven)
+            springls__mark_region(tiling, &tiling->body[i], springls__may_sleep(tiling->body[i].ctx) ? region : &all);
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!rest->driven && !springls__is_marked(tiling, &tiling->body[i])) continue;
+        rest->driven = rest->beside = rest->awake = rest->looks = true;
+        rest->put = false;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds which bodies take part in a step: forces act in the region, NULL: nowhere. */
+SPRINGLS__FN springls_status springls__wake_bodies(springls_tiling *tiling, const springls__force_region *region, int calm)
 {
     int i;
-    for (i = 0; i < tiling->count; i++)
-        if (!springls_at_rest(tiling->body[i].ctx)) return false;
-    return tiling->count > 0;
+    SPRINGLS__TRY(springls__note_changes(tiling));
+    for (i = 0; i < tiling->count; i++) springls__wake_body(&tiling->body[i], region, calm);
+    SPRINGLS__TRY(springls__drive_others(tiling, region));
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle_before = tiling->body[i].rest.idle;
+    return SPRINGLS_OK;
 }
+
+/* Wakes the bodies beside which something stirs now; *roused: there are such that were not awake. */
+SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, bool *roused)
+{
+    int i;
+    *roused = false;
+    if (!springls__has_bodies(tiling, SPRINGLS__AWAKE_BODIES)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__clear_marks(tiling));
+    for (i = 0; i < tiling->count; i++)
+        if (tiling->body[i].rest.awake) springls__mark_stirring(tiling, &tiling->body[i]);
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!springls__is_marked(tiling, &tiling->body[i])) continue;
+        rest->beside = rest->looks = true;
+        if (rest->put) continue;
+        *roused = *roused || !rest->awake;
+        rest->awake = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- after MOST_IDLE steps ---- */
 
 /* Lets a model sleep, with phi where its springls are. */
 SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     (void)tiling, (void)arg;
+    if (springls__settles(body)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__begin_change(body->ctx));
     springls__rest_all(body->ctx);
     return SPRINGLS_OK;
 }
 
-/* Returns whether all models may sleep. */
-SPRINGLS__FN bool springls__bodies_may_sleep(const springls_tiling *tiling)
+/* Counts a step, after bodies have made theirs. */
+SPRINGLS__FN void springls__count_idle(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++)
-        if (!springls__may_sleep(tiling->body[i].ctx)) return false;
-    return true;
-}
-
-/* Returns a number that is another after any change of springls. Reading a model, which may move its phi for a while, leaves it. */
-SPRINGLS__FN uint64_t springls__bodies_version(const springls_tiling *tiling)
-{
-    uint64_t sum = 0;
-    int i;
-    for (i = 0; i < tiling->count; i++) sum += tiling->body[i].ctx->springls_version;
-    return sum;
-}
-
-/* Returns how many steps without forces there have been since a caller has changed springls. */
-SPRINGLS__FN int springls__idle_steps(const springls_tiling *tiling)
-{
-    return springls__bodies_version(tiling) == tiling->stepped ? tiling->idle : 0;
-}
-
-/* Counts a step whose bodies have just made theirs. A tiling that has been put to rest, and does not sleep, has been woken. */
-SPRINGLS__FN void springls__count_idle(springls_tiling *tiling, bool forces)
-{
-    const bool woken = tiling->idle == SPRINGLS__MOST_IDLE && !springls__bodies_sleep(tiling);
-    if (forces || woken || !springls__bodies_may_sleep(tiling)) tiling->idle = 0;
-    else if (tiling->idle < SPRINGLS__MOST_IDLE) tiling->idle++;
-}
-
-/* Notes after a whole step whether it has left everything as it was: springls that sleep, and what they face. */
-SPRINGLS__FN void springls__note_rest(springls_tiling *tiling, bool slept, const springls_tiling_report *report)
-{
-    uint64_t hash = SPRINGLS__HASH_BEGIN;
-    int i;
-    if (!slept || !springls__bodies_sleep(tiling)) {
-        tiling->calm_steps = 0;
-        return;
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (rest->driven) rest->idle = 0;
+        else if (rest->idle < SPRINGLS__MOST_IDLE) rest->idle++;
     }
-    for (i = 0; i < tiling->count; i++)
-        hash = springls__hash(hash, springls__facing_values(&tiling->body[i]), (size_t)springls_count(tiling->body[i].ctx) * sizeof(float));
-    tiling->calm_steps = hash == tiling->calm_hash ? springls__imin(tiling->calm_steps, INT32_MAX - 1) + 1 : 0;
-    tiling->calm_hash = hash;
-    if (report->faced) tiling->calm_report = *report;
+}
+
+/* Notes after a step which bodies it has left as they were: springls that sleep, and what they face. */
+SPRINGLS__FN void springls__note_rest(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        springls__body_rest *rest = &tiling->body[i].rest;
+        const size_t bytes = (size_t)springls_count(body->ctx) * sizeof(float);
+        uint64_t hash;
+        bool same;
+        if (!rest->looks) continue;
+        hash = springls__hash(SPRINGLS__HASH_BEGIN, springls__facing_values(body), bytes);
+        same = rest->slept && springls_at_rest(body->ctx) && !rest->beside && rest->version == body->ctx->springls_version;
+        rest->calm = same && hash == rest->facing_hash ? springls__imin(rest->calm, INT32_MAX - 1) + 1 : 0;
+        rest->facing_hash = hash;
+    }
+}
+
+/* Notes the springls as a step has left them. Reading a model, which may move its phi for a while, leaves them. */
+SPRINGLS__FN void springls__note_springls(springls_tiling *tiling)
+{
+    int i;
+    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.stepped = tiling->body[i].ctx->springls_version;
 }
 
 #endif

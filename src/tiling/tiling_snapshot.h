@@ -23,7 +23,7 @@ static const springls__named springls__tiling_numbers[] = {
 };
 enum {
     SPRINGLS__TILING_NAMED = sizeof springls__tiling_numbers / sizeof springls__tiling_numbers[0],
-    SPRINGLS__BODY_HEAD_BYTES = 8 /* of a body's section: its label, and zeros */
+    SPRINGLS__BODY_HEAD_BYTES = 8 /* of a body's section: its label, and its steps without forces, of older blocks 0 */
 };
 
 /* ---- to a block ---- */
@@ -67,7 +67,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
     state.bodies = tiling->count;
     state.steps = tiling->steps;
     state.facing_known = tiling->facing_known;
-    state.idle = springls__idle_steps(tiling);
+    state.idle = 0; /* of older blocks, for all bodies */
     springls__begin_section(&c, "TILE", (uint64_t)SPRINGLS__TILING_NAMED * SPRINGLS__NAMED_BYTES);
     springls__put_named(&c, springls__tiling_numbers, SPRINGLS__TILING_NAMED, &state);
     springls__begin_section(&c, "GRID", SPRINGLS__GRID_BYTES);
@@ -78,7 +78,7 @@ SPRINGLS__FN springls_status springls__write_block(springls_tiling *tiling, spri
         size_t written;
         springls__begin_section(&c, "BODY", SPRINGLS__BODY_HEAD_BYTES + (uint64_t)body->block_size);
         SPRINGLS__CODE(&c, body->label);
-        springls__code_zeros(&c, 4);
+        SPRINGLS__CODE(&c, body->rest.idle);
         body->status = springls_snapshot(body->ctx, kind, c.out, body->block_size, &written);
         if (body->status != SPRINGLS_OK)
             return springls__body_failed(tiling, body->status, "tiling_snapshot", body->label, body->ctx);
@@ -97,6 +97,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
     if (!size) return springls__fail_null(tiling->host, "tiling_snapshot", "size");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
+    SPRINGLS__TRY(springls__note_changes(tiling));
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
     *size = bytes;
     if (out && capacity < bytes)
@@ -108,7 +109,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
 /* ---- from a block ---- */
 
 /* Where a block has the model of a body. */
-typedef struct springls__body_block { const char *block; size_t size; int32_t label; } springls__body_block;
+typedef struct springls__body_block { const char *block; size_t size; int32_t label, idle; } springls__body_block;
 
 /* A block that is read: its numbers, and the models that it has. */
 typedef struct springls__tiling_block {
@@ -154,9 +155,10 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &read->models, (size_t)*count + 1, sizeof *model, (size_t)*count * sizeof *model));
     model = (springls__body_block *)read->models.data + *count;
     SPRINGLS__CODE(&c, model->label);
+    SPRINGLS__CODE(&c, model->idle);
     model->block = data + SPRINGLS__BODY_HEAD_BYTES;
     model->size = (size_t)bytes - SPRINGLS__BODY_HEAD_BYTES;
-    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || (*count == 0) != (model->label == 0)
+    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE || (*count == 0) != (model->label == 0)
         || (*count > 0 && model->label <= (model - 1)->label)) return springls__block_fails(tiling, "damaged");
     ++*count;
     return SPRINGLS_OK;
@@ -271,6 +273,8 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
         const springls_status status = springls_restore(body[i].ctx, model[i].block, model[i].size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
+        memset(&body[i].rest, 0, sizeof body[i].rest);
+        body[i].rest.idle = springls__imax(model[i].idle, read->state.idle);
     }
     springls__free_others(tiling, &tiling->bodies, tiling->count, body, read->state.bodies);
     tiling->bodies = *bodies;
@@ -278,11 +282,9 @@ SPRINGLS__FN void springls__take_restored(springls_tiling *tiling, const springl
     tiling->count = read->state.bodies;
     tiling->steps = read->state.steps;
     tiling->facing_known = read->state.facing_known != 0;
-    tiling->idle = read->state.idle;
-    tiling->stepped = springls__bodies_version(tiling);
+    springls__note_springls(tiling);
     tiling->neighbors_known = false;
     tiling->neighbor_count = 0;
-    tiling->calm_steps = 0;
 }
 
 SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *block, size_t size)

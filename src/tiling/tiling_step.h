@@ -25,6 +25,21 @@ typedef struct springls__tiling_push {
 /* The callback that is asked, and how many floats it answers a point. */
 typedef struct springls__tiling_ask { springls_tiling_fn fn; int width; } springls__tiling_ask;
 
+/* Returns whether a callback moves springls. */
+SPRINGLS__FN bool springls__pushes(const springls_tiling_step_desc *desc)
+{
+    return desc->dt > 0.0f && (desc->velocity || desc->pressure);
+}
+
+/* Returns whether it does so in a box alone. */
+SPRINGLS__FN bool springls__has_box(const springls_tiling_step_desc *desc)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (desc->region_lower[k] != 0.0f || desc->region_upper[k] != 0.0f) return true;
+    return false;
+}
+
 /* Asks the user's callback about part of a batch, at most SPRINGLS__TILING_BLOCK points from `first` on. Normals point away from the
    label: those of the model of label 0 point into it. */
 SPRINGLS__FN void springls__ask_part(const springls__tiling_push *push, springls__tiling_ask ask, const springls_batch *given, int first,
@@ -60,10 +75,17 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Returns whether anything may move a tiling that is at rest. */
-SPRINGLS__FN bool springls__has_forces(const springls_tiling_step_desc *desc)
+/* Finds where anything may move bodies that are at rest; returns false where nothing does. */
+SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
 {
-    return springls__has_films(desc) || desc->film || (desc->dt > 0.0f && (desc->velocity || desc->pressure));
+    int k;
+    memset(region, 0, sizeof *region);
+    region->everywhere = desc->film || !springls__has_box(desc);
+    for (k = 0; k < 3; k++) {
+        region->lower[k] = desc->region_lower[k];
+        region->upper[k] = desc->region_upper[k];
+    }
+    return springls__has_films(desc) || desc->film || springls__pushes(desc);
 }
 
 /* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
@@ -96,7 +118,7 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 
 /* ---- as it was ---- */
 
-/* Keeps a body's model as it is, and makes sure that going back to it needs no memory. */
+/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. */
 SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
@@ -106,7 +128,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     springls__table tables[2];
     size_t size;
     (void)tiling, (void)arg;
-    body->backup_size = 0;
+    if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
@@ -117,7 +139,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     return SPRINGLS_OK;
 }
 
-/* Goes back to the models as they were, where they have been kept. */
+/* Goes back to the models as they were, where they have been kept, and to the counts of rest. */
 SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
 {
     int i;
@@ -127,7 +149,9 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
+        if (body->backup_size) body->rest.calm = 0;
         body->backup_size = 0;
+        body->rest.idle = body->rest.idle_before;
     }
 }
 
@@ -144,9 +168,11 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     push.desc = desc;
     push.body = body;
     forces.user = &push;
-    if (desc->velocity || springls__has_films(desc)) forces.velocity_batch = springls__tiling_velocity;
-    if (desc->pressure) forces.pressure_batch = springls__tiling_pressure;
+    if (body->rest.forced && (desc->velocity || springls__has_films(desc))) forces.velocity_batch = springls__tiling_velocity;
+    if (body->rest.forced && desc->pressure) forces.pressure_batch = springls__tiling_pressure;
     forces.integrator = desc->integrator;
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
@@ -211,6 +237,7 @@ SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tilin
     for (i = tiling->count - 1; i > 0; i--) {
         const springls__tiling_body body = tiling->body[i];
         bool vanished;
+        if (!body.rest.awake) continue;
         SPRINGLS__TRY(springls__find_vanished(tiling, call, i, &vanished));
         if (!vanished) continue;
         tiling->count--;
@@ -234,25 +261,25 @@ SPRINGLS__FN void springls__drop_vanished(springls_tiling *tiling, int count, sp
     }
     for (i = 0; i < tiling->count; i++) {
         float *facing = springls__facing_values(&tiling->body[i]);
-        for (k = 0; k < springls_count(tiling->body[i].ctx); k++)
-            if (springls__body_number(tiling, (int32_t)facing[k]) < 0) facing[k] = (float)SPRINGLS__NO_LABEL;
+        for (k = 0; k < springls_count(tiling->body[i].ctx); k++) {
+            if (springls__body_number(tiling, (int32_t)facing[k]) >= 0) continue;
+            facing[k] = (float)SPRINGLS__NO_LABEL;
+            tiling->body[i].rest.calm = 0;
+        }
     }
 }
 
-/* Sums up the gaps of all springls that have a sheet before them. */
+/* Sums up the gaps of all bodies. */
 SPRINGLS__FN void springls__report_gaps(const springls_tiling *tiling, springls_tiling_report *report)
 {
-    const springls__tiling_body *last = &tiling->body[tiling->count - 1];
-    const int springls = last->first + last->ctx->model.set.count;
-    const float *gap = (const float *)tiling->gap.data;
     double sum = 0.0, sum2 = 0.0;
     int i, found = 0;
-    for (i = 0; i < springls; i++) {
-        if (gap[i] == FLT_MAX) continue;
-        found++;
-        sum += fabs((double)gap[i]);
-        sum2 += (double)gap[i] * (double)gap[i];
-        report->largest_gap = springls__max(report->largest_gap, springls__fabs(gap[i]));
+    for (i = 0; i < tiling->count; i++) {
+        const springls__gaps *gaps = &tiling->body[i].gaps;
+        found += gaps->springls;
+        sum += gaps->sum;
+        sum2 += gaps->sum2;
+        report->largest_gap = springls__max(report->largest_gap, gaps->largest);
     }
     if (found) {
         report->mean_gap = (float)(sum / (double)found);
@@ -269,55 +296,71 @@ SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const sprin
     return tiling->steps % period == 0;
 }
 
-/* Looks at all walls, closes them, and finds which bodies have met, parted or joined. */
+/* Wakes the bodies beside which something stirs, and lets them make their own step, in which nothing of them changes. */
+SPRINGLS__FN springls_status springls__rouse_beside(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+{
+    bool roused;
+    int i;
+    SPRINGLS__TRY(springls__rouse_bodies(tiling, &roused));
+    for (i = 0; i < tiling->count && roused; i++) {
+        springls__tiling_body *body = &tiling->body[i];
+        if (!body->rest.awake || body->backup_size) continue;
+        body->status = springls__back_up(tiling, body, NULL);
+        if (body->status == SPRINGLS_OK) body->status = springls__step_body(tiling, body, desc);
+        if (body->status != SPRINGLS_OK) return springls__body_failed(tiling, body->status, call, body->label, body->ctx);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Looks at the walls of the bodies that are awake, closes them, and finds which bodies have met, parted or joined. */
 SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                      springls_tiling_report *report)
 {
     const char *call = "tiling_step";
     springls__pair_list pairs;
-    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+    if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) {
+        SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
+        SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+    }
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
-    if (tiling->idle < SPRINGLS__MOST_IDLE) SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
-    else SPRINGLS__TRY(springls__look_at_sheets(tiling, call, desc, false));
-    springls__report_gaps(tiling, report);
-    SPRINGLS__TRY(springls__list_pairs(tiling, &tiling->pairs, &pairs));
+    SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
+    SPRINGLS__TRY(springls__list_pairs(tiling, call, &pairs));
     SPRINGLS__TRY(springls__find_changes(tiling, &pairs, report));
     SPRINGLS__TRY(springls__prepare_joins(tiling, call, desc, &pairs));
     return springls__report_joins(tiling, report);
 }
 
-/* Does the work on a checked description. On failure models are left as they are. */
+/* Does the work of the bodies that are awake, on a checked description. On failure models are left as they are. */
 SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
-    const int idle = tiling->idle;
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__back_up, NULL));
+    int i;
+    for (i = 0; i < tiling->count && !springls__facing_is_known(tiling); i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
-    SPRINGLS__TRY(springls__for_bodies(tiling, call, springls__step_body, desc));
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__step_body, desc));
+    SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
     SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
-    springls__count_idle(tiling, springls__has_forces(desc));
-    SPRINGLS__TRY(springls__work_on_walls(tiling, desc, report));
-    if (idle == SPRINGLS__MOST_IDLE || tiling->idle < SPRINGLS__MOST_IDLE) return SPRINGLS_OK;
-    return springls__for_bodies(tiling, call, springls__put_to_rest, NULL);
+    springls__count_idle(tiling);
+    if (springls__has_bodies(tiling, SPRINGLS__LOOKING_BODIES)) SPRINGLS__TRY(springls__work_on_walls(tiling, desc, report));
+    if (springls__looks_now(tiling, desc)) springls__report_gaps(tiling, report);
+    SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__put_to_rest, NULL));
+    return springls__for_some(tiling, call, SPRINGLS__RESTING_BODIES, springls__step_body, desc); /* they only count */
 }
 
-/* Returns whether a step has nothing to do but to count: as often as walls are closed and sheets looked at nothing has changed. */
-SPRINGLS__FN bool springls__only_counts(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+/* Fails where the box that forces act in is none. */
+SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    return !springls__has_forces(desc) && tiling->calm_steps >= springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period) && springls__bodies_sleep(tiling);
-}
-
-/* Counts a step of a tiling at rest. */
-SPRINGLS__FN springls_status springls__count_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
-                                                  springls_tiling_report *report)
-{
-    SPRINGLS__TRY(springls__for_bodies(tiling, "tiling_step", springls__step_body, desc));
-    tiling->steps++;
-    if (springls__looks_now(tiling, desc)) *report = tiling->calm_report;
-    return SPRINGLS_OK;
+    springls_forces forces = springls_default_forces();
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    SPRINGLS__TRY(springls__check_forces(tiling->host, &forces));
+    if (!springls__has_films(desc) || !springls__has_box(desc)) return SPRINGLS_OK;
+    return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                          "tiling_step: a region is given, but surface tension and held volumes act everywhere");
 }
 
 SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc)
@@ -326,6 +369,7 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     if (!desc) return springls__fail_null(tiling->host, call, "the description");
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
+    SPRINGLS__TRY(springls__check_box(tiling, desc));
     if (desc->wall_period < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
     SPRINGLS__TRY(springls__check_held(tiling, call, desc));
@@ -335,20 +379,21 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
-/* Makes a step in which something may change. On failure the tiling is left as it is. */
+/* Makes a step. On failure the tiling is left as it is. */
 SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
 {
     springls_status status;
     uint32_t steps;
-    bool facing_known, slept;
-    int count, idle, i;
-    slept = springls__bodies_sleep(tiling);
+    springls__force_region region;
+    const bool forces = springls__region_of_step(desc, &region);
+    bool facing_known;
+    int count, i;
+    SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
     steps = tiling->steps;
-    idle = tiling->idle;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);
     springls__free_films(tiling);
@@ -357,19 +402,19 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
         if (springls__has_films(desc)) springls__give_held(tiling, desc);
         springls__take_neighbors(tiling);
         springls__take_joins(tiling, desc);
-        springls__note_rest(tiling, slept && count == tiling->count, report);
+        springls__note_rest(tiling);
+        springls__note_springls(tiling);
         return SPRINGLS_OK;
     }
     springls__free_joins(tiling);
     tiling->has_next = false;
-    tiling->calm_steps = 0;
     memset(report, 0, sizeof *report);
     tiling->count = count;
     springls__sort_bodies(tiling->body, count);
     springls__go_back(tiling);
     tiling->steps = steps;
-    tiling->idle = idle;
     tiling->facing_known = facing_known;
+    springls__note_springls(tiling);
     return status;
 }
 
@@ -377,15 +422,11 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
                                                            springls_tiling_report *report)
 {
     springls_tiling_report own;
-    springls_status status;
     if (!report) report = &own;
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
-    tiling->idle = springls__idle_steps(tiling);
-    status = (springls__only_counts(tiling, desc) ? springls__count_step : springls__whole_step)(tiling, desc, report);
-    tiling->stepped = springls__bodies_version(tiling);
-    return status;
+    return springls__whole_step(tiling, desc, report);
 }
 
 SPRINGLS__TILINGS_API springls_tiling_step_desc springls_default_tiling_step_desc(void)

@@ -988,6 +988,117 @@ TEST edits_begin_the_count_anew(void)
     PASS();
 }
 
+/* A bar of six bodies, one behind the other along z. */
+enum { BAR_SIDE = 16, BAR_LENGTH = 56 };
+
+static springls_status set_bar(springls_tiling **tiling, const springls_tasks *tasks)
+{
+    static int32_t labels[BAR_SIDE * BAR_SIDE * BAR_LENGTH];
+    springls_desc desc = fixture_desc(BAR_SIDE, NULL);
+    springls_status status;
+    int i;
+    desc.backend = NULL;
+    desc.grid.size[2] = BAR_LENGTH;
+    if (tasks) desc.tasks = *tasks;
+    for (i = 0; i < BAR_SIDE * BAR_SIDE * BAR_LENGTH; i++) {
+        const int x = i % BAR_SIDE - 8, y = i / BAR_SIDE % BAR_SIDE - 8, z = i / (BAR_SIDE * BAR_SIDE) - 4;
+        labels[i] = x * x + y * y < 20 && z >= 0 && z < 48 ? 1 + z / 8 : 0;
+    }
+    status = springls_tiling_create(&desc, tiling);
+    return status == SPRINGLS_OK ? springls_tiling_set_labels(*tiling, labels, 2) : status;
+}
+
+/* Counts the elements of parallel loops. */
+static void count_elements(void *user, int count, int grain, springls_task task, void *arg)
+{
+    (void)grain;
+    *(int *)user += count;
+    (task)(arg, 0, count);
+}
+
+/* Brings a tiling to the state of another one by a block, so that it looks at everything again. */
+static springls_status bring_to(springls_tiling *other, springls_tiling *tiling)
+{
+    size_t size;
+    char *block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_ALL, &size);
+    const springls_status status = springls_tiling_restore(other, block, size);
+    free(block);
+    return status;
+}
+
+/* Where only the first of six bodies is moved, by hand or by a force in its place, the others cost nothing, and bits are those of a tiling
+   that looks at all of them in every step. */
+TEST others_rest(bool by_hand)
+{
+    springls_tiling *tiling = NULL, *other = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report report, again;
+    springls_tasks tasks;
+    float places[9];
+    int i, k, work = 0, all, one = 0, disturbed = 0, resting = 0;
+    memset(&tasks, 0, sizeof tasks);
+    tasks.parallel_for = count_elements;
+    tasks.user = &work;
+    ASSERT_OK(set_bar(&tiling, &tasks));
+    ASSERT_OK(set_bar(&other, NULL));
+    step.dt = 0.125f;
+    for (i = 0; i < 256; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    all = work;
+    for (; i < 280; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    work = 0;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_EQ(7, work); /* it counts for each body */
+    if (by_hand) {
+        memcpy(places, springls_view_vertices(springls_tiling_body(tiling, 1)).data, sizeof places);
+        for (i = 0; i < 9; i++) places[i] -= 0.3f;
+        ASSERT_OK(springls_write(springls_tiling_body(tiling, 1), 0, 1, places, NULL));
+    } else {
+        step.velocity = swirl;
+        for (k = 0; k < 3; k++) step.region_upper[k] = k < 2 ? (float)BAR_SIDE : 6.0f;
+    }
+    for (i = 0; i < 64; i++) {
+        if (i == 4) step.velocity = NULL;
+        ASSERT_OK(bring_to(other, tiling));
+        work = 0;
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+        one += work;
+        ASSERT_OK(springls_tiling_step(other, &step, &again));
+        ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+        ASSERT_EQ(again.faced, report.faced);
+        ASSERT(again.rms_gap == report.rms_gap);
+        disturbed += !springls_at_rest(springls_tiling_body(tiling, 1));
+        for (k = 3; k <= 6; k++) resting += springls_at_rest(springls_tiling_body(tiling, k));
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  %.1f elements a step of all, %.1f of one\n", (double)all / 256.0, (double)one / 64.0);
+    ASSERT(disturbed > 4);
+    ASSERT_EQ(4 * 64, resting);
+    ASSERT_LT((double)one / 64.0, 0.7 * (double)all / 256.0);
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    PASS();
+}
+
+/* A region of forces has to be one, and surface tension has none. */
+TEST wrong_regions_are_refused(void)
+{
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    ASSERT_OK(set_two_halves(tiling, 6.0f));
+    step.dt = 0.1f;
+    step.region_lower[0] = 3.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "region"));
+    step.region_upper[0] = (float)NAN;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    step.region_upper[0] = step.region_upper[1] = step.region_upper[2] = 20.0f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    step.tension = 1.0f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "tension"));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* A tiling with a model that may not sleep is not put to rest: others move with it. */
 TEST what_may_not_sleep_is_not_put_to_rest(void)
 {
@@ -1042,5 +1153,8 @@ int main(int argc, char **argv)
     RUN_TEST(all_come_to_rest);
     RUN_TEST(edits_begin_the_count_anew);
     RUN_TEST(what_may_not_sleep_is_not_put_to_rest);
+    RUN_TESTp(others_rest, true);
+    RUN_TESTp(others_rest, false);
+    RUN_TEST(wrong_regions_are_refused);
     GREATEST_MAIN_END();
 }
