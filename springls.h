@@ -766,6 +766,7 @@
      >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
      >>winding:kernel       kernels_embed/language/winding.h
+     >>winding_body:kernel  kernels_embed/language/winding_body.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>cover:kernel         kernels_embed/stages/cover.h
      >>relax:kernel         kernels_embed/stages/relax.h
@@ -853,6 +854,7 @@
      >>initial_edges        src/input/initial_edges.h
      >>set_mesh             src/input/set_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
+     >>packet               src/model/packet.h
      >>winding_number       src/model/winding_number.h
      >>mesh_intake          src/input/mesh_intake.h
      >>indexed_mesh         src/model/indexed_mesh.h
@@ -3786,6 +3788,38 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     if (plan->inverse_n2 <= 0.0f) return edges;
     return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
 }
+
+/* Returns the squared distance from x to the segment from a to b, at weights 1 - s and s of its ends, as springls__tri_closest has it. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_closest2)(springls__v3 a, springls__v3 b, SPRINGLS__NUM3 x)
+{
+    const SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(springls__sub(b, a));
+    const SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(springls__inverse_length2(a, b)));
+    const SPRINGLS__NUM3 at = SPRINGLS__W(mad)(SPRINGLS__W(scale)(start, 1.0f - s), SPRINGLS__W(broadcast3)(b), s);
+    return SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, at));
+}
+
+/* Returns the squared distance from x to the triangle, by Voronoi regions: the bits of springls__tri_closest. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_closest2)(springls__tri t, SPRINGLS__NUM3 x)
+{
+    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a), n = springls__cross(ab, ac);
+    const SPRINGLS__NUM3 a = SPRINGLS__W(broadcast3)(t.a), b = SPRINGLS__W(broadcast3)(t.b), c = SPRINGLS__W(broadcast3)(t.c);
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const float n2 = springls__length2(n);
+    SPRINGLS__NUM inner = -one, of_face = one, of_edges;
+    if (n2 > 1e-20f) {
+        const SPRINGLS__NUM3 ax = SPRINGLS__W(sub)(x, a), normal = SPRINGLS__W(broadcast3)(n);
+        const SPRINGLS__NUM w = SPRINGLS__W(dot)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(ab), ax), normal) / n2;
+        const SPRINGLS__NUM v = SPRINGLS__W(dot)(SPRINGLS__W(cross)(ax, SPRINGLS__W(broadcast3)(ac)), normal) / n2;
+        const SPRINGLS__NUM u = 1.0f - v - w;
+        inner = SPRINGLS__W(min)(SPRINGLS__W(min)(u, v), w);
+        of_face = SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, SPRINGLS__W(mad)(SPRINGLS__W(mad)(SPRINGLS__W(scale)(a, u), b, v), c, w)));
+        if (!SPRINGLS__W(any)(inner < 0.0f)) return of_face;
+    }
+    of_edges = SPRINGLS__W(segment_closest2)(t.a, t.b, x);
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.b, t.c, x));
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));
+    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);
+}
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
    It has no guard because it is included before every body. */
@@ -3844,6 +3878,38 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);
     if (plan->inverse_n2 <= 0.0f) return edges;
     return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
+}
+
+/* Returns the squared distance from x to the segment from a to b, at weights 1 - s and s of its ends, as springls__tri_closest has it. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_closest2)(springls__v3 a, springls__v3 b, SPRINGLS__NUM3 x)
+{
+    const SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(springls__sub(b, a));
+    const SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(springls__inverse_length2(a, b)));
+    const SPRINGLS__NUM3 at = SPRINGLS__W(mad)(SPRINGLS__W(scale)(start, 1.0f - s), SPRINGLS__W(broadcast3)(b), s);
+    return SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, at));
+}
+
+/* Returns the squared distance from x to the triangle, by Voronoi regions: the bits of springls__tri_closest. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_closest2)(springls__tri t, SPRINGLS__NUM3 x)
+{
+    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a), n = springls__cross(ab, ac);
+    const SPRINGLS__NUM3 a = SPRINGLS__W(broadcast3)(t.a), b = SPRINGLS__W(broadcast3)(t.b), c = SPRINGLS__W(broadcast3)(t.c);
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const float n2 = springls__length2(n);
+    SPRINGLS__NUM inner = -one, of_face = one, of_edges;
+    if (n2 > 1e-20f) {
+        const SPRINGLS__NUM3 ax = SPRINGLS__W(sub)(x, a), normal = SPRINGLS__W(broadcast3)(n);
+        const SPRINGLS__NUM w = SPRINGLS__W(dot)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(ab), ax), normal) / n2;
+        const SPRINGLS__NUM v = SPRINGLS__W(dot)(SPRINGLS__W(cross)(ax, SPRINGLS__W(broadcast3)(ac)), normal) / n2;
+        const SPRINGLS__NUM u = 1.0f - v - w;
+        inner = SPRINGLS__W(min)(SPRINGLS__W(min)(u, v), w);
+        of_face = SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, SPRINGLS__W(mad)(SPRINGLS__W(mad)(SPRINGLS__W(scale)(a, u), b, v), c, w)));
+        if (!SPRINGLS__W(any)(inner < 0.0f)) return of_face;
+    }
+    of_edges = SPRINGLS__W(segment_closest2)(t.a, t.b, x);
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.b, t.c, x));
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));
+    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);
 }
 /* -------- back in kernels_embed/language/triangle.h -------- */
 
@@ -7403,33 +7469,99 @@ SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, 
     (void)args;
     springls__record_store(model, i, model->work.spare[i]);
 }
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
+
+/* ======== >>winding_body:kernel  (kernels_embed/language/winding_body.h) ======================================= */
+/* winding_body.h - solid angles of triangles, for single points and for several at once. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);
+    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);
+    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM s = r * r;
+    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    a = SPRINGLS__W(select)(ay > ax, 1.57079633f - a, a);
+    a = SPRINGLS__W(select)(x < 0.0f, 3.14159265f - a, a);
+    return SPRINGLS__W(select)(y < 0.0f, -a, a);
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(solid_angle)(springls__tri t, SPRINGLS__NUM3 x)
+{
+    const springls__v3 n = springls__tri_area2(t);
+    SPRINGLS__NUM3 a = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.a), x);
+    SPRINGLS__NUM3 b = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.b), x);
+    SPRINGLS__NUM3 c = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.c), x);
+    SPRINGLS__NUM la = SPRINGLS__W(length)(a), lb = SPRINGLS__W(length)(b), lc = SPRINGLS__W(length)(c);
+    SPRINGLS__NUM volume = SPRINGLS__W(dot)(a, SPRINGLS__W(broadcast3)(n));
+    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;
+    return 2.0f * SPRINGLS__W(atan2)(volume, angle);
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/language/winding_body.h -------- */
+/* winding_body.h - solid angles of triangles, for single points and for several at once. */
+
+/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);
+    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);
+    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM s = r * r;
+    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    a = SPRINGLS__W(select)(ay > ax, 1.57079633f - a, a);
+    a = SPRINGLS__W(select)(x < 0.0f, 3.14159265f - a, a);
+    return SPRINGLS__W(select)(y < 0.0f, -a, a);
+}
+
+/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(solid_angle)(springls__tri t, SPRINGLS__NUM3 x)
+{
+    const springls__v3 n = springls__tri_area2(t);
+    SPRINGLS__NUM3 a = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.a), x);
+    SPRINGLS__NUM3 b = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.b), x);
+    SPRINGLS__NUM3 c = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.c), x);
+    SPRINGLS__NUM la = SPRINGLS__W(length)(a), lb = SPRINGLS__W(length)(b), lc = SPRINGLS__W(length)(c);
+    SPRINGLS__NUM volume = SPRINGLS__W(dot)(a, SPRINGLS__W(broadcast3)(n));
+    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;
+    return 2.0f * SPRINGLS__W(atan2)(volume, angle);
+}
 
 /* ======== >>winding:kernel  (kernels_embed/language/winding.h) ================================================= */
 /* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
 
-/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
-{
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
 
 /* ======== >>angular_gaps:kernel  (kernels_embed/model/angular_gaps.h) ========================================== */
 /* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between
@@ -25884,6 +26016,198 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
     return (float)(sum * 0.07957747154594767); /* 1 / 4 pi */
 }
 
+/* ======== >>packet  (src/model/packet.h) ======================================================================= */
+/* packet.h - eight places close to each other go down a hierarchy together: their distances, and their winding numbers. What is far from
+   one of them is far from all. */
+
+enum { SPRINGLS__PACKET = 8 };
+
+/* Places, their bounds, the middle of these, and how far the corners are from it. */
+typedef struct springls__packet {
+    float x[SPRINGLS__PACKET], y[SPRINGLS__PACKET], z[SPRINGLS__PACKET];
+    springls__bvh_node bounds;
+    springls__v3 middle;
+    float radius;
+} springls__packet;
+
+/* Finds the bounds of the places of a packet. */
+SPRINGLS__FN void springls__packet_bound(springls__packet *packet)
+{
+    springls__bvh_node *b = &packet->bounds;
+    int i;
+    b->lower[0] = b->upper[0] = packet->x[0];
+    b->lower[1] = b->upper[1] = packet->y[0];
+    b->lower[2] = b->upper[2] = packet->z[0];
+    for (i = 1; i < SPRINGLS__PACKET; i++) {
+        b->lower[0] = springls__min(b->lower[0], packet->x[i]); b->upper[0] = springls__max(b->upper[0], packet->x[i]);
+        b->lower[1] = springls__min(b->lower[1], packet->y[i]); b->upper[1] = springls__max(b->upper[1], packet->y[i]);
+        b->lower[2] = springls__min(b->lower[2], packet->z[i]); b->upper[2] = springls__max(b->upper[2], packet->z[i]);
+    }
+    packet->middle = springls__v3_make(0.5f * (b->lower[0] + b->upper[0]), 0.5f * (b->lower[1] + b->upper[1]),
+                                       0.5f * (b->lower[2] + b->upper[2]));
+    packet->radius = 0.5f * springls__length(springls__v3_make(b->upper[0] - b->lower[0], b->upper[1] - b->lower[1],
+                                                               b->upper[2] - b->lower[2]));
+}
+
+SPRINGLS__VEC_MATHS springls__vec3 springls__packet_places(const springls__packet *packet, int first)
+{
+    return springls__vec_load_v3(packet->x + first, packet->y + first, packet->z + first);
+}
+
+/* ---- distances ---- */
+
+/* A search for the closest triangles of a packet; limit2: the squared distance beyond which no box can hold one that is closer to any
+   place. See springls__closest_search. */
+typedef struct springls__packet_search {
+    const springls__surface *surface;
+    const springls__packet *packet;
+    float slack, limit2, *d2;
+    int triangle; /* the last that was closer to one of the places */
+    struct { float d2; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__packet_search;
+
+/* Returns the squared distance between the bounds of a packet and a box. */
+SPRINGLS__FN float springls__packet_apart2(const springls__packet *packet, const float lower[3], const float upper[3])
+{
+    const springls__bvh_node *b = &packet->bounds;
+    const float dx = springls__max(springls__max(lower[0] - b->upper[0], b->lower[0] - upper[0]), 0.0f);
+    const float dy = springls__max(springls__max(lower[1] - b->upper[1], b->lower[1] - upper[1]), 0.0f);
+    const float dz = springls__max(springls__max(lower[2] - b->upper[2], b->lower[2] - upper[2]), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* Lowers the distances of a packet to those from a triangle. */
+SPRINGLS__FN void springls__packet_try(springls__packet_search *search, int triangle)
+{
+    const springls__tri t = springls__surface_triangle(search->surface, triangle);
+    bool closer = false;
+    float most = 0.0f;
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i += SPRINGLS__LANES) {
+        const springls__vec best = springls__vec_load(search->d2 + i);
+        const springls__vec d2 = springls__vec_tri_closest2(t, springls__packet_places(search->packet, i));
+        closer = closer || springls__vec_any(d2 < best);
+        springls__vec_store(search->d2 + i, springls__vec_min(d2, best));
+    }
+    if (!closer) return;
+    for (i = 0; i < SPRINGLS__PACKET; i++) most = springls__max(most, search->d2[i]);
+    most = springls__sqrt(most) + search->slack;
+    search->limit2 = most * most;
+    search->triangle = triangle;
+}
+
+/* Lowers the distances of a packet to those from the triangles of a leaf that are near. */
+SPRINGLS__FN void springls__packet_leaf(springls__packet_search *search, const springls__bvh_node *leaf)
+{
+    int i;
+    for (i = 0; i < leaf->count; i++) {
+        const int triangle = search->surface->order[leaf->first + i];
+        const springls__v3 *p = search->surface->points + 3 * triangle;
+        float lower[3], upper[3];
+        lower[0] = springls__min(springls__min(p[0].x, p[1].x), p[2].x); upper[0] = springls__max(springls__max(p[0].x, p[1].x), p[2].x);
+        lower[1] = springls__min(springls__min(p[0].y, p[1].y), p[2].y); upper[1] = springls__max(springls__max(p[0].y, p[1].y), p[2].y);
+        lower[2] = springls__min(springls__min(p[0].z, p[1].z), p[2].z); upper[2] = springls__max(springls__max(p[0].z, p[1].z), p[2].z);
+        if (springls__packet_apart2(search->packet, lower, upper) <= search->limit2) springls__packet_try(search, triangle);
+    }
+}
+
+/* Goes down from a node to the leaf that is nearest; others wait on the stack. */
+SPRINGLS__FN void springls__packet_descend(springls__packet_search *search, const springls__bvh_node *node)
+{
+    while (!node->count) {
+        const springls__bvh_node *child = &search->surface->nodes[node->first];
+        const float d0 = springls__packet_apart2(search->packet, child[0].lower, child[0].upper);
+        const float d1 = springls__packet_apart2(search->packet, child[1].lower, child[1].upper);
+        const int further = d0 <= d1;
+        if ((further ? d0 : d1) > search->limit2) return;
+        if ((further ? d1 : d0) <= search->limit2) {
+            search->stack[search->top].d2 = further ? d1 : d0;
+            search->stack[search->top++].node = node->first + further;
+        }
+        node = &child[!further];
+    }
+    springls__packet_leaf(search, node);
+}
+
+/* Finds the squared distances of a packet's places to a surface, reach^2 where it is further: the bits of
+   springls__surface_closest_from. Returns a triangle that is near, or -1, which may be the next guess. */
+SPRINGLS__FN int springls__packet_closest(const springls__surface *surface, const springls__packet *packet, float reach, int guess,
+                                          float d2[SPRINGLS__PACKET])
+{
+    const springls__bvh_node *b = &packet->bounds;
+    springls__packet_search search;
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i++) d2[i] = reach * reach;
+    if (!surface->count) return -1;
+    search.surface = surface;
+    search.packet = packet;
+    search.slack = surface->magnitude;
+    for (i = 0; i < 3; i++)
+        search.slack = springls__max(search.slack, springls__max(springls__fabs(b->lower[i]), springls__fabs(b->upper[i])));
+    search.slack *= 8e-6f;
+    search.limit2 = (reach + search.slack) * (reach + search.slack);
+    search.d2 = d2;
+    search.triangle = -1;
+    if (guess >= 0) springls__packet_try(&search, guess);
+    search.stack[0].d2 = springls__packet_apart2(packet, surface->nodes[0].lower, surface->nodes[0].upper);
+    search.stack[0].node = 0;
+    search.top = 1;
+    while (search.top) {
+        search.top--;
+        if (search.stack[search.top].d2 <= search.limit2)
+            springls__packet_descend(&search, &surface->nodes[search.stack[search.top].node]);
+    }
+    return search.triangle;
+}
+
+/* ---- winding numbers ---- */
+
+/* Adds the solid angle of a directed area under which each place sees it. */
+SPRINGLS__FN void springls__packet_add_dipole(const springls__packet *packet, const springls__dipole *d, float sum[SPRINGLS__PACKET])
+{
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i += SPRINGLS__LANES) {
+        const springls__vec3 to = springls__vec_sub(springls__vec_broadcast3(d->center), springls__packet_places(packet, i));
+        const springls__vec d2 = springls__vec_length2(to);
+        const springls__vec angle = springls__vec_dot(springls__vec_broadcast3(d->area), to) / (d2 * springls__vec_sqrt(d2));
+        springls__vec_store(sum + i, springls__vec_load(sum + i) + angle);
+    }
+}
+
+SPRINGLS__FN void springls__packet_add_triangle(const springls__packet *packet, springls__tri t, float sum[SPRINGLS__PACKET])
+{
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i += SPRINGLS__LANES)
+        springls__vec_store(sum + i, springls__vec_load(sum + i) + springls__vec_solid_angle(t, springls__packet_places(packet, i)));
+}
+
+/* Computes how often the surface winds around each place: springls__surface_winding, where a node counts as one directed area only if it
+   is so far from all of them. */
+SPRINGLS__FN void springls__packet_winding(const springls__surface *surface, const springls__packet *packet, float accuracy,
+                                           float winding[SPRINGLS__PACKET])
+{
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    memset(winding, 0, SPRINGLS__PACKET * sizeof *winding);
+    if (!surface->count) return;
+    stack[top++] = 0;
+    while (top) {
+        const int n = stack[--top];
+        const springls__bvh_node *node = &surface->nodes[n];
+        const springls__dipole *d = &surface->dipoles[n];
+        const float reach = accuracy * springls__sqrt(d->radius2) + 1.001f * packet->radius + 1e-3f;
+        if (springls__length2(springls__sub(d->center, packet->middle)) > reach * reach) springls__packet_add_dipole(packet, d, winding);
+        else if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+        } else {
+            for (i = 0; i < node->count; i++)
+                springls__packet_add_triangle(packet, springls__surface_triangle(surface, surface->order[node->first + i]), winding);
+        }
+    }
+    for (i = 0; i < SPRINGLS__PACKET; i++) winding[i] *= 0.0795774715f; /* 1 / 4 pi */
+}
+
 /* ======== >>mesh_distance  (src/model/mesh_distance.h) ========================================================= */
 /* mesh_distance.h - the signed distance to a triangle mesh: its size from the closest point, its sign from the winding number. */
 
@@ -25901,18 +26225,12 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
-   does not count, so that away from holes phi is the plain distance. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
+/* Returns the side of a place that a balanced surface winds w times around: 1 outside and -1 inside. */
+SPRINGLS__FN float springls__side_of_winding(float w) { return w > 0.5f ? -1.0f : 1.0f; }
+
+/* The same of an open surface: between them near the film that closes a hole. A twentieth of a winding number does not count, so that away
+   from holes phi is the plain distance. */
+SPRINGLS__FN float springls__open_side_of_winding(float w) { return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f); }
 
 /* Returns true when both sides of a surface through x with normal n are inside: it bounds nothing there. */
 SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, springls__v3 x, springls__v3 n)
@@ -25922,73 +26240,153 @@ SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, 
            && springls__surface_winding(surface, springls__mad(x, n, -depth), 2.5f) > 0.5f;
 }
 
-/* Returns true when x lies on a triangle that has the inside on both sides there. hit: its closest point. */
-SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x, const springls__surface_hit *hit)
+/* Returns true when x lies on a triangle that has the inside on both sides there. */
+SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x)
 {
     const float touching2 = 1e-6f; /* voxel^2 */
-    if (hit->triangle < 0 || hit->hit.d2 > touching2) return false;
-    return springls__both_sides_inside(m->surface, x,
-                                       springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
+    const springls__surface_hit hit = springls__surface_closest(m->nearest, x, 0.01f);
+    if (hit.triangle < 0 || hit.hit.d2 > touching2) return false;
+    return springls__both_sides_inside(m->surface, x, springls__tri_normal(springls__surface_triangle(m->nearest, hit.triangle)));
 }
 
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+/* ---- distances ---- */
 
-/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
-   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
+/* Finds the distances of points that may lie anywhere, cut short at `search`. */
+SPRINGLS__FN void springls__distances_of_points(const springls__mesh_distance *m, const springls__v3 *points, int count, float search,
+                                                float *distance)
+{
+    int i, guess = -1;
+    for (i = 0; i < count; i++) {
+        const springls__surface_hit h = springls__surface_closest_from(m->nearest, points[i], search, guess);
+        if (h.triangle >= 0) guess = h.triangle;
+        distance[i] = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+    }
+}
+
+enum { SPRINGLS__MESH_BLOCK = 64, SPRINGLS__MESH_BLOCKS = SPRINGLS__BRICK_VOXELS / SPRINGLS__MESH_BLOCK };
+
+/* The voxels of a brick are taken in blocks of 4^3, and these in packets of 2^3. Returns which voxel of the brick is number i so. */
+SPRINGLS__FN int springls__voxel_of_packets(int i)
+{
+    const int x = (i & 1) | (i >> 3 & 1) << 1 | (i >> 6 & 1) << 2, y = (i >> 1 & 1) | (i >> 4 & 1) << 1 | (i >> 7 & 1) << 2;
+    return x + 8 * y + 64 * ((i >> 2 & 1) | (i >> 5 & 1) << 1 | (i >> 8 & 1) << 2);
+}
+
+/* Loads the packet that begins at number `first`. */
+SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *points, int first)
+{
+    springls__packet packet;
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i++) {
+        const springls__v3 x = points[springls__voxel_of_packets(first + i)];
+        packet.x[i] = x.x;
+        packet.y[i] = x.y;
+        packet.z[i] = x.z;
+    }
+    springls__packet_bound(&packet);
+    return packet;
+}
+
+/* Finds the distances of a block, cut short at `search`; lower bounds will do where all of it is further than `enough`. Returns a triangle
+   near it, or -1, as `guess` is. */
+SPRINGLS__FN int springls__distances_of_block(const springls__mesh_distance *m, const springls__v3 *points, int block, float search,
+                                              float enough, int guess, float *distance)
+{
+    const int begin = SPRINGLS__MESH_BLOCK * block, end = begin + SPRINGLS__MESH_BLOCK;
+    const springls__v3 a = points[springls__voxel_of_packets(begin)], b = points[springls__voxel_of_packets(end - 1)];
+    const float half = 0.5005f * springls__length(springls__sub(b, a)) + 1e-3f;
+    const springls__surface_hit h = springls__surface_closest_from(m->nearest, springls__lerp(a, b, 0.5f), enough + half, guess);
+    int first, i;
+    for (i = begin; h.triangle < 0 && i < end; i++) distance[springls__voxel_of_packets(i)] = enough;
+    if (h.triangle < 0) return guess;
+    guess = h.triangle;
+    for (first = begin; first < end; first += SPRINGLS__PACKET) {
+        const springls__packet packet = springls__packet_of_voxels(points, first);
+        float d2[SPRINGLS__PACKET];
+        const int near_packet = springls__packet_closest(m->nearest, &packet, search, guess, d2);
+        if (near_packet >= 0) guess = near_packet;
+        for (i = 0; i < SPRINGLS__PACKET; i++) distance[springls__voxel_of_packets(first + i)] = springls__sqrt(d2[i]);
+    }
+    return guess;
+}
+
+/* Finds the distances of the voxels of a brick, cut short: those of the band need the nearest triangle. Near the film that closes an open
+   mesh phi is a share of the distance, so there the triangle may lie beyond the band. */
+SPRINGLS__FN void springls__distances_of_voxels(const springls__mesh_distance *m, const springls__v3 *points, float *distance)
+{
+    const float search = m->band + (m->balanced ? 0.5f : 3.0f), enough = m->balanced ? m->band + 0.1f : search;
+    int block, guess = -1;
+    for (block = 0; block < SPRINGLS__MESH_BLOCKS; block++)
+        guess = springls__distances_of_block(m, points, block, search, enough, guess, distance);
+}
+
+/* ---- sides ---- */
+
+enum { SPRINGLS__MESH_BACK = 64 };
+
+/* Returns the side of an earlier point of the batch if balls about it and point i, free of surface, overlap; else 0. */
+SPRINGLS__FN float springls__earlier_side(const springls__v3 *points, const float *distance, const float *signed_distance, int i)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
     int b;
     for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
+        const int j = i - back[b];
+        float apart;
         if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
         apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
+        if (distance[i] + distance[j] > apart) return signed_distance[j] < 0.0f ? -1.0f : 1.0f;
     }
-    return known;
+    return 0.0f;
+}
+
+/* Signs the distances to a balanced surface. Points copy the signs of earlier ones where that is certain. */
+SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, const springls__v3 *points, int count, float *distance,
+                                          float *out)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        float side = springls__earlier_side(points, distance, out, i);
+        if (m->nearest != m->surface && distance[i] < 0.01f && springls__on_inner_part(m, points[i])) {
+            side = -1.0f;
+            distance[i] = 0.5f;
+        }
+        if (side == 0.0f)
+            side = springls__beyond_bounds(m->surface, points[i])
+                       ? 1.0f : springls__side_of_winding(springls__surface_winding(m->surface, points[i], 2.0f));
+        out[i] = side * distance[i];
+    }
+}
+
+/* Signs the distances of the voxels of a brick to an open surface. */
+SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
+                                             float *out)
+{
+    int first, i;
+    for (first = 0; first < SPRINGLS__BRICK_VOXELS; first += SPRINGLS__PACKET) {
+        const springls__packet packet = springls__packet_of_voxels(points, first);
+        float w[SPRINGLS__PACKET];
+        springls__packet_winding(m->surface, &packet, 2.5f, w);
+        for (i = 0; i < SPRINGLS__PACKET; i++) {
+            const int voxel = springls__voxel_of_packets(first + i);
+            out[voxel] = springls__open_side_of_winding(w[i]) * distance[voxel];
+        }
+    }
 }
 
 /* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
-   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
-   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
-   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
+   distances beyond the band are cut short, or other places, as centers of bricks, which need more. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
-    int i, guess = -1;
-    /* Voxels of the band need the nearest triangle; near the film that closes an open mesh phi is a share of the distance, so there
-       the triangle may lie beyond the band. */
-    if (voxels) search = m->band + (m->balanced ? 0.5f : 3.0f);
-    else if (m->balanced) search = m->band + 8.0f;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool computed = false;
-        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->nearest, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
-            computed = side == 0.0f;
-            if (computed) side = springls__mesh_side(m, points[i]);
-            if (m->nearest != m->surface && springls__on_inner_part(m, points[i], &h)) {
-                side = -1.0f;
-                distance = 0.5f;
-            }
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
-        out[i] = side * distance;
-    }
+    float distance[SPRINGLS__BRICK_VOXELS];
+    int i;
+    if (count == SPRINGLS__BRICK_VOXELS) springls__distances_of_voxels(m, points, distance);
+    else springls__distances_of_points(m, points, count, m->balanced ? m->band + 8.0f : FLT_MAX, distance);
+    if (m->balanced) springls__sign_balanced(m, points, count, distance, out);
+    else if (count == SPRINGLS__BRICK_VOXELS) springls__sign_open_voxels(m, points, distance, out);
+    else
+        for (i = 0; i < count; i++)
+            out[i] = springls__open_side_of_winding(springls__surface_winding(m->surface, points[i], 2.5f)) * distance[i];
 }
 
 /* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
@@ -35709,7 +36107,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1246 \"springls.h\"\n",
+    "#line 1248 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -35823,7 +36221,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2726 \"springls.h\"\n",
+    "#line 2728 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -35939,7 +36337,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2843 \"springls.h\"\n",
+    "#line 2845 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -35961,7 +36359,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2866 \"springls.h\"\n",
+    "#line 2868 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35976,7 +36374,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2882 \"springls.h\"\n",
+    "#line 2884 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36100,7 +36498,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3006 \"springls.h\"\n",
+    "#line 3008 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36170,7 +36568,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3077 \"springls.h\"\n",
+    "#line 3079 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -36390,7 +36788,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3298 \"springls.h\"\n",
+    "#line 3300 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36405,7 +36803,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3313 \"springls.h\"\n",
+    "#line 3315 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36529,14 +36927,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3437 \"springls.h\"\n",
+    "#line 3439 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3445 \"springls.h\"\n",
+    "#line 3447 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -36662,7 +37060,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3572 \"springls.h\"\n",
+    "#line 3574 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -36717,7 +37115,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3628 \"springls.h\"\n",
+    "#line 3630 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -36806,7 +37204,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3718 \"springls.h\"\n",
+    "#line 3720 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -36818,7 +37216,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3730 \"springls.h\"\n",
+    "#line 3732 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36833,7 +37231,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3746 \"springls.h\"\n",
+    "#line 3748 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36877,7 +37275,39 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3790 \"springls.h\"\n",
+    "\n",
+    "/* Returns the squared distance from x to the segment from a to b, at weights 1 - s and s of its ends, as springls__tri_closest has it. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_closest2)(springls__v3 a, springls__v3 b, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    const SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(springls__sub(b, a));\n",
+    "    const SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(springls__inverse_length2(a, b)));\n",
+    "    const SPRINGLS__NUM3 at = SPRINGLS__W(mad)(SPRINGLS__W(scale)(start, 1.0f - s), SPRINGLS__W(broadcast3)(b), s);\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, at));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle, by Voronoi regions: the bits of springls__tri_closest. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_closest2)(springls__tri t, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a), n = springls__cross(ab, ac);\n",
+    "    const SPRINGLS__NUM3 a = SPRINGLS__W(broadcast3)(t.a), b = SPRINGLS__W(broadcast3)(t.b), c = SPRINGLS__W(broadcast3)(t.c);\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const float n2 = springls__length2(n);\n",
+    "    SPRINGLS__NUM inner = -one, of_face = one, of_edges;\n",
+    "    if (n2 > 1e-20f) {\n",
+    "        const SPRINGLS__NUM3 ax = SPRINGLS__W(sub)(x, a), normal = SPRINGLS__W(broadcast3)(n);\n",
+    "        const SPRINGLS__NUM w = SPRINGLS__W(dot)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(ab), ax), normal) / n2;\n",
+    "        const SPRINGLS__NUM v = SPRINGLS__W(dot)(SPRINGLS__W(cross)(ax, SPRINGLS__W(broadcast3)(ac)), normal) / n2;\n",
+    "        const SPRINGLS__NUM u = 1.0f - v - w;\n",
+    "        inner = SPRINGLS__W(min)(SPRINGLS__W(min)(u, v), w);\n",
+    "        of_face = SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, SPRINGLS__W(mad)(SPRINGLS__W(mad)(SPRINGLS__W(scale)(a, u), b, v), c, w)));\n",
+    "        if (!SPRINGLS__W(any)(inner < 0.0f)) return of_face;\n",
+    "    }\n",
+    "    of_edges = SPRINGLS__W(segment_closest2)(t.a, t.b, x);\n",
+    "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.b, t.c, x));\n",
+    "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
+    "}\n",
+    "#line 3824 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36892,7 +37322,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3805 \"springls.h\"\n",
+    "#line 3839 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -36936,7 +37366,39 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3849 \"springls.h\"\n",
+    "\n",
+    "/* Returns the squared distance from x to the segment from a to b, at weights 1 - s and s of its ends, as springls__tri_closest has it. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_closest2)(springls__v3 a, springls__v3 b, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    const SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(springls__sub(b, a));\n",
+    "    const SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(springls__inverse_length2(a, b)));\n",
+    "    const SPRINGLS__NUM3 at = SPRINGLS__W(mad)(SPRINGLS__W(scale)(start, 1.0f - s), SPRINGLS__W(broadcast3)(b), s);\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, at));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle, by Voronoi regions: the bits of springls__tri_closest. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_closest2)(springls__tri t, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a), n = springls__cross(ab, ac);\n",
+    "    const SPRINGLS__NUM3 a = SPRINGLS__W(broadcast3)(t.a), b = SPRINGLS__W(broadcast3)(t.b), c = SPRINGLS__W(broadcast3)(t.c);\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const float n2 = springls__length2(n);\n",
+    "    SPRINGLS__NUM inner = -one, of_face = one, of_edges;\n",
+    "    if (n2 > 1e-20f) {\n",
+    "        const SPRINGLS__NUM3 ax = SPRINGLS__W(sub)(x, a), normal = SPRINGLS__W(broadcast3)(n);\n",
+    "        const SPRINGLS__NUM w = SPRINGLS__W(dot)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(ab), ax), normal) / n2;\n",
+    "        const SPRINGLS__NUM v = SPRINGLS__W(dot)(SPRINGLS__W(cross)(ax, SPRINGLS__W(broadcast3)(ac)), normal) / n2;\n",
+    "        const SPRINGLS__NUM u = 1.0f - v - w;\n",
+    "        inner = SPRINGLS__W(min)(SPRINGLS__W(min)(u, v), w);\n",
+    "        of_face = SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, SPRINGLS__W(mad)(SPRINGLS__W(mad)(SPRINGLS__W(scale)(a, u), b, v), c, w)));\n",
+    "        if (!SPRINGLS__W(any)(inner < 0.0f)) return of_face;\n",
+    "    }\n",
+    "    of_edges = SPRINGLS__W(segment_closest2)(t.a, t.b, x);\n",
+    "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.b, t.c, x));\n",
+    "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
+    "}\n",
+    "#line 3915 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -37015,7 +37477,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3928 \"springls.h\"\n",
+    "#line 3994 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37030,7 +37492,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3944 \"springls.h\"\n",
+    "#line 4010 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37097,7 +37559,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4011 \"springls.h\"\n",
+    "#line 4077 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37112,7 +37574,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4026 \"springls.h\"\n",
+    "#line 4092 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37179,7 +37641,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4094 \"springls.h\"\n",
+    "#line 4160 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -37565,7 +38027,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4481 \"springls.h\"\n",
+    "#line 4547 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38274,7 +38736,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5191 \"springls.h\"\n",
+    "#line 5257 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -38534,7 +38996,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5452 \"springls.h\"\n",
+    "#line 5518 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -38736,7 +39198,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5655 \"springls.h\"\n",
+    "#line 5721 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -38853,7 +39315,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5773 \"springls.h\"\n",
+    "#line 5839 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39050,7 +39512,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5970 \"springls.h\"\n",
+    "#line 6036 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39065,7 +39527,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5986 \"springls.h\"\n",
+    "#line 6052 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39259,7 +39721,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6180 \"springls.h\"\n",
+    "#line 6246 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39274,7 +39736,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6195 \"springls.h\"\n",
+    "#line 6261 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39468,7 +39930,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7007 \"springls.h\"\n",
+    "#line 7073 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -39868,33 +40330,98 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7408 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "#line 7473 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 7489 \"springls.h\"\n",
+    "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NUM x)\n",
     "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
+    "    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);\n",
+    "    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);\n",
+    "    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM s = r * r;\n",
+    "    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    a = SPRINGLS__W(select)(ay > ax, 1.57079633f - a, a);\n",
+    "    a = SPRINGLS__W(select)(x < 0.0f, 3.14159265f - a, a);\n",
+    "    return SPRINGLS__W(select)(y < 0.0f, -a, a);\n",
     "}\n",
     "\n",
     "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(solid_angle)(springls__tri t, SPRINGLS__NUM3 x)\n",
     "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "    const springls__v3 n = springls__tri_area2(t);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.a), x);\n",
+    "    SPRINGLS__NUM3 b = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.b), x);\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.c), x);\n",
+    "    SPRINGLS__NUM la = SPRINGLS__W(length)(a), lb = SPRINGLS__W(length)(b), lc = SPRINGLS__W(length)(c);\n",
+    "    SPRINGLS__NUM volume = SPRINGLS__W(dot)(a, SPRINGLS__W(broadcast3)(n));\n",
+    "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
+    "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7435 \"springls.h\"\n",
+    "#line 7518 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 7533 \"springls.h\"\n",
+    "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
+    "\n",
+    "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);\n",
+    "    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);\n",
+    "    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM s = r * r;\n",
+    "    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    a = SPRINGLS__W(select)(ay > ax, 1.57079633f - a, a);\n",
+    "    a = SPRINGLS__W(select)(x < 0.0f, 3.14159265f - a, a);\n",
+    "    return SPRINGLS__W(select)(y < 0.0f, -a, a);\n",
+    "}\n",
+    "\n",
+    "/* Returns the solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(solid_angle)(springls__tri t, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    const springls__v3 n = springls__tri_area2(t);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.a), x);\n",
+    "    SPRINGLS__NUM3 b = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.b), x);\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(sub)(SPRINGLS__W(broadcast3)(t.c), x);\n",
+    "    SPRINGLS__NUM la = SPRINGLS__W(length)(a), lb = SPRINGLS__W(length)(b), lc = SPRINGLS__W(length)(c);\n",
+    "    SPRINGLS__NUM volume = SPRINGLS__W(dot)(a, SPRINGLS__W(broadcast3)(n));\n",
+    "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
+    "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
+    "}\n",
+    "#line 7563 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "#line 7567 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -39982,7 +40509,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7524 \"springls.h\"\n",
+    "#line 7656 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40122,7 +40649,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7665 \"springls.h\"\n",
+    "#line 7797 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40227,7 +40754,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7771 \"springls.h\"\n",
+    "#line 7903 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40459,7 +40986,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8004 \"springls.h\"\n",
+    "#line 8136 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -40489,7 +41016,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8034 \"springls.h\"\n",
+    "#line 8166 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40504,7 +41031,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8050 \"springls.h\"\n",
+    "#line 8182 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40673,7 +41200,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8219 \"springls.h\"\n",
+    "#line 8351 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40688,7 +41215,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8234 \"springls.h\"\n",
+    "#line 8366 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -40857,7 +41384,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8403 \"springls.h\"\n",
+    "#line 8535 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -40911,7 +41438,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8458 \"springls.h\"\n",
+    "#line 8590 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -40937,7 +41464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8484 \"springls.h\"\n",
+    "#line 8616 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40952,7 +41479,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8500 \"springls.h\"\n",
+    "#line 8632 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41035,7 +41562,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8583 \"springls.h\"\n",
+    "#line 8715 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41050,7 +41577,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8598 \"springls.h\"\n",
+    "#line 8730 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41133,7 +41660,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8681 \"springls.h\"\n",
+    "#line 8813 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41207,7 +41734,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8756 \"springls.h\"\n",
+    "#line 8888 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -41760,7 +42287,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9310 \"springls.h\"\n",
+    "#line 9442 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -41856,7 +42383,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9407 \"springls.h\"\n",
+    "#line 9539 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -41977,7 +42504,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9529 \"springls.h\"\n",
+    "#line 9661 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42258,7 +42785,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9811 \"springls.h\"\n",
+    "#line 9943 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42344,7 +42871,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9898 \"springls.h\"\n",
+    "#line 10030 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -42487,7 +43014,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10042 \"springls.h\"\n",
+    "#line 10174 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -42676,7 +43203,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10232 \"springls.h\"\n",
+    "#line 10364 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -42801,7 +43328,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10358 \"springls.h\"\n",
+    "#line 10490 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -42835,7 +43362,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10393 \"springls.h\"\n",
+    "#line 10525 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43373,7 +43900,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10932 \"springls.h\"\n",
+    "#line 11064 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -43523,7 +44050,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11083 \"springls.h\"\n",
+    "#line 11215 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -43601,7 +44128,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11162 \"springls.h\"\n",
+    "#line 11294 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -43850,7 +44377,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11412 \"springls.h\"\n",
+    "#line 11544 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44075,7 +44602,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11638 \"springls.h\"\n",
+    "#line 11770 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44179,7 +44706,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11743 \"springls.h\"\n",
+    "#line 11875 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44276,7 +44803,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11841 \"springls.h\"\n",
+    "#line 11973 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -44814,7 +45341,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12380 \"springls.h\"\n",
+    "#line 12512 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -44847,7 +45374,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12414 \"springls.h\"\n",
+    "#line 12546 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -44872,14 +45399,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12440 \"springls.h\"\n",
+    "#line 12572 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12447 \"springls.h\"\n",
+    "#line 12579 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -44894,7 +45421,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12463 \"springls.h\"\n",
+    "#line 12595 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45020,7 +45547,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12589 \"springls.h\"\n",
+    "#line 12721 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45035,7 +45562,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12604 \"springls.h\"\n",
+    "#line 12736 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45161,7 +45688,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12731 \"springls.h\"\n",
+    "#line 12863 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45453,7 +45980,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13024 \"springls.h\"\n",
+    "#line 13156 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -45588,7 +46115,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17709 \"springls.h\"\n",
+    "#line 17841 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46690,7 +47217,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18812 \"springls.h\"\n",
+    "#line 18944 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47300,7 +47827,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19423 \"springls.h\"\n",
+    "#line 19555 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -47897,7 +48424,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 47901 \"springls.h\"\n",
+    "#line 48428 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

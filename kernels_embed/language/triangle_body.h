@@ -41,3 +41,35 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_p
     if (plan->inverse_n2 <= 0.0f) return edges;
     return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
 }
+
+/* Returns the squared distance from x to the segment from a to b, at weights 1 - s and s of its ends, as springls__tri_closest has it. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_closest2)(springls__v3 a, springls__v3 b, SPRINGLS__NUM3 x)
+{
+    const SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(springls__sub(b, a));
+    const SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(springls__inverse_length2(a, b)));
+    const SPRINGLS__NUM3 at = SPRINGLS__W(mad)(SPRINGLS__W(scale)(start, 1.0f - s), SPRINGLS__W(broadcast3)(b), s);
+    return SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, at));
+}
+
+/* Returns the squared distance from x to the triangle, by Voronoi regions: the bits of springls__tri_closest. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_closest2)(springls__tri t, SPRINGLS__NUM3 x)
+{
+    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a), n = springls__cross(ab, ac);
+    const SPRINGLS__NUM3 a = SPRINGLS__W(broadcast3)(t.a), b = SPRINGLS__W(broadcast3)(t.b), c = SPRINGLS__W(broadcast3)(t.c);
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const float n2 = springls__length2(n);
+    SPRINGLS__NUM inner = -one, of_face = one, of_edges;
+    if (n2 > 1e-20f) {
+        const SPRINGLS__NUM3 ax = SPRINGLS__W(sub)(x, a), normal = SPRINGLS__W(broadcast3)(n);
+        const SPRINGLS__NUM w = SPRINGLS__W(dot)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(ab), ax), normal) / n2;
+        const SPRINGLS__NUM v = SPRINGLS__W(dot)(SPRINGLS__W(cross)(ax, SPRINGLS__W(broadcast3)(ac)), normal) / n2;
+        const SPRINGLS__NUM u = 1.0f - v - w;
+        inner = SPRINGLS__W(min)(SPRINGLS__W(min)(u, v), w);
+        of_face = SPRINGLS__W(length2)(SPRINGLS__W(sub)(x, SPRINGLS__W(mad)(SPRINGLS__W(mad)(SPRINGLS__W(scale)(a, u), b, v), c, w)));
+        if (!SPRINGLS__W(any)(inner < 0.0f)) return of_face;
+    }
+    of_edges = SPRINGLS__W(segment_closest2)(t.a, t.b, x);
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.b, t.c, x));
+    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));
+    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);
+}

@@ -2,8 +2,7 @@
 #ifndef SPRINGLS__MODEL_MESH_DISTANCE_H
 #define SPRINGLS__MODEL_MESH_DISTANCE_H
 
-#include "closest_point.h"
-#include "winding_number.h"
+#include "packet.h"
 
 typedef struct springls__mesh_distance {
     const springls__surface *surface; /* its winding number is the sign            */
@@ -19,18 +18,12 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* Returns 1 outside and -1 inside; between them near the film that closes a hole of an open mesh. A twentieth of a winding number
-   does not count, so that away from holes phi is the plain distance. */
-SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
-{
-    float w;
-    if (m->balanced) {
-        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
-        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
-    }
-    w = springls__surface_winding(m->surface, x, 2.5f);
-    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
-}
+/* Returns the side of a place that a balanced surface winds w times around: 1 outside and -1 inside. */
+SPRINGLS__FN float springls__side_of_winding(float w) { return w > 0.5f ? -1.0f : 1.0f; }
+
+/* The same of an open surface: between them near the film that closes a hole. A twentieth of a winding number does not count, so that away
+   from holes phi is the plain distance. */
+SPRINGLS__FN float springls__open_side_of_winding(float w) { return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f); }
 
 /* Returns true when both sides of a surface through x with normal n are inside: it bounds nothing there. */
 SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, springls__v3 x, springls__v3 n)
@@ -40,73 +33,153 @@ SPRINGLS__FN bool springls__both_sides_inside(const springls__surface *surface, 
            && springls__surface_winding(surface, springls__mad(x, n, -depth), 2.5f) > 0.5f;
 }
 
-/* Returns true when x lies on a triangle that has the inside on both sides there. hit: its closest point. */
-SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x, const springls__surface_hit *hit)
+/* Returns true when x lies on a triangle that has the inside on both sides there. */
+SPRINGLS__FN bool springls__on_inner_part(const springls__mesh_distance *m, springls__v3 x)
 {
     const float touching2 = 1e-6f; /* voxel^2 */
-    if (hit->triangle < 0 || hit->hit.d2 > touching2) return false;
-    return springls__both_sides_inside(m->surface, x,
-                                       springls__tri_normal(springls__surface_triangle(m->nearest, hit->triangle)));
+    const springls__surface_hit hit = springls__surface_closest(m->nearest, x, 0.01f);
+    if (hit.triangle < 0 || hit.hit.d2 > touching2) return false;
+    return springls__both_sides_inside(m->surface, x, springls__tri_normal(springls__surface_triangle(m->nearest, hit.triangle)));
 }
 
-enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+/* ---- distances ---- */
 
-/* Uses earlier points of the batch, each with a ball about it that is free of surface: returns a lower bound of the distance of
-   point i, and sets *side where a ball of radius `distance` about it overlaps one of theirs. */
-SPRINGLS__FN float springls__mesh_reuse(const springls__v3 *points, const float *out, const float *sides, int i,
-                                        float distance, float *side)
+/* Finds the distances of points that may lie anywhere, cut short at `search`. */
+SPRINGLS__FN void springls__distances_of_points(const springls__mesh_distance *m, const springls__v3 *points, int count, float search,
+                                                float *distance)
+{
+    int i, guess = -1;
+    for (i = 0; i < count; i++) {
+        const springls__surface_hit h = springls__surface_closest_from(m->nearest, points[i], search, guess);
+        if (h.triangle >= 0) guess = h.triangle;
+        distance[i] = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+    }
+}
+
+enum { SPRINGLS__MESH_BLOCK = 64, SPRINGLS__MESH_BLOCKS = SPRINGLS__BRICK_VOXELS / SPRINGLS__MESH_BLOCK };
+
+/* The voxels of a brick are taken in blocks of 4^3, and these in packets of 2^3. Returns which voxel of the brick is number i so. */
+SPRINGLS__FN int springls__voxel_of_packets(int i)
+{
+    const int x = (i & 1) | (i >> 3 & 1) << 1 | (i >> 6 & 1) << 2, y = (i >> 1 & 1) | (i >> 4 & 1) << 1 | (i >> 7 & 1) << 2;
+    return x + 8 * y + 64 * ((i >> 2 & 1) | (i >> 5 & 1) << 1 | (i >> 8 & 1) << 2);
+}
+
+/* Loads the packet that begins at number `first`. */
+SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *points, int first)
+{
+    springls__packet packet;
+    int i;
+    for (i = 0; i < SPRINGLS__PACKET; i++) {
+        const springls__v3 x = points[springls__voxel_of_packets(first + i)];
+        packet.x[i] = x.x;
+        packet.y[i] = x.y;
+        packet.z[i] = x.z;
+    }
+    springls__packet_bound(&packet);
+    return packet;
+}
+
+/* Finds the distances of a block, cut short at `search`; lower bounds will do where all of it is further than `enough`. Returns a triangle
+   near it, or -1, as `guess` is. */
+SPRINGLS__FN int springls__distances_of_block(const springls__mesh_distance *m, const springls__v3 *points, int block, float search,
+                                              float enough, int guess, float *distance)
+{
+    const int begin = SPRINGLS__MESH_BLOCK * block, end = begin + SPRINGLS__MESH_BLOCK;
+    const springls__v3 a = points[springls__voxel_of_packets(begin)], b = points[springls__voxel_of_packets(end - 1)];
+    const float half = 0.5005f * springls__length(springls__sub(b, a)) + 1e-3f;
+    const springls__surface_hit h = springls__surface_closest_from(m->nearest, springls__lerp(a, b, 0.5f), enough + half, guess);
+    int first, i;
+    for (i = begin; h.triangle < 0 && i < end; i++) distance[springls__voxel_of_packets(i)] = enough;
+    if (h.triangle < 0) return guess;
+    guess = h.triangle;
+    for (first = begin; first < end; first += SPRINGLS__PACKET) {
+        const springls__packet packet = springls__packet_of_voxels(points, first);
+        float d2[SPRINGLS__PACKET];
+        const int near_packet = springls__packet_closest(m->nearest, &packet, search, guess, d2);
+        if (near_packet >= 0) guess = near_packet;
+        for (i = 0; i < SPRINGLS__PACKET; i++) distance[springls__voxel_of_packets(first + i)] = springls__sqrt(d2[i]);
+    }
+    return guess;
+}
+
+/* Finds the distances of the voxels of a brick, cut short: those of the band need the nearest triangle. Near the film that closes an open
+   mesh phi is a share of the distance, so there the triangle may lie beyond the band. */
+SPRINGLS__FN void springls__distances_of_voxels(const springls__mesh_distance *m, const springls__v3 *points, float *distance)
+{
+    const float search = m->band + (m->balanced ? 0.5f : 3.0f), enough = m->balanced ? m->band + 0.1f : search;
+    int block, guess = -1;
+    for (block = 0; block < SPRINGLS__MESH_BLOCKS; block++)
+        guess = springls__distances_of_block(m, points, block, search, enough, guess, distance);
+}
+
+/* ---- sides ---- */
+
+enum { SPRINGLS__MESH_BACK = 64 };
+
+/* Returns the side of an earlier point of the batch if balls about it and point i, free of surface, overlap; else 0. */
+SPRINGLS__FN float springls__earlier_side(const springls__v3 *points, const float *distance, const float *signed_distance, int i)
 {
     static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
-    float known = 0.0f;
     int b;
     for (b = 0; b < 3; b++) {
-        int j = i - back[b];
-        float apart, past;
+        const int j = i - back[b];
+        float apart;
         if (j < 0) continue;
-        past = sides[j % SPRINGLS__MESH_RING];
-        if (past != 1.0f && past != -1.0f) continue;
         apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
-        if (distance + springls__fabs(out[j]) <= apart) continue;
-        *side = past;
-        known = springls__max(known, springls__fabs(out[j]) - apart);
+        if (distance[i] + distance[j] > apart) return signed_distance[j] < 0.0f ? -1.0f : 1.0f;
     }
-    return known;
+    return 0.0f;
+}
+
+/* Signs the distances to a balanced surface. Points copy the signs of earlier ones where that is certain. */
+SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, const springls__v3 *points, int count, float *distance,
+                                          float *out)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        float side = springls__earlier_side(points, distance, out, i);
+        if (m->nearest != m->surface && distance[i] < 0.01f && springls__on_inner_part(m, points[i])) {
+            side = -1.0f;
+            distance[i] = 0.5f;
+        }
+        if (side == 0.0f)
+            side = springls__beyond_bounds(m->surface, points[i])
+                       ? 1.0f : springls__side_of_winding(springls__surface_winding(m->surface, points[i], 2.0f));
+        out[i] = side * distance[i];
+    }
+}
+
+/* Signs the distances of the voxels of a brick to an open surface. */
+SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
+                                             float *out)
+{
+    int first, i;
+    for (first = 0; first < SPRINGLS__BRICK_VOXELS; first += SPRINGLS__PACKET) {
+        const springls__packet packet = springls__packet_of_voxels(points, first);
+        float w[SPRINGLS__PACKET];
+        springls__packet_winding(m->surface, &packet, 2.5f, w);
+        for (i = 0; i < SPRINGLS__PACKET; i++) {
+            const int voxel = springls__voxel_of_packets(first + i);
+            out[voxel] = springls__open_side_of_winding(w[i]) * distance[voxel];
+        }
+    }
 }
 
 /* Computes the distances of a batch of points, in voxels (a springls__distance_fn). A batch is the voxels of one brick, where
-   distances beyond the band are cut short, or centers of bricks, which need more. A point takes its sign from an earlier one of
-   the brick where that is certain. In a balanced mesh centers do so too, and copied signs are copied further; in an open mesh
-   only computed signs are copied: they hold within a voxel, and copies of copies would pass through the holes. */
+   distances beyond the band are cut short, or other places, as centers of bricks, which need more. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
-    bool reuse = voxels || m->balanced;
-    float sides[SPRINGLS__MESH_RING], search = FLT_MAX;
-    int i, guess = -1;
-    /* Voxels of the band need the nearest triangle; near the film that closes an open mesh phi is a share of the distance, so there
-       the triangle may lie beyond the band. */
-    if (voxels) search = m->band + (m->balanced ? 0.5f : 3.0f);
-    else if (m->balanced) search = m->band + 8.0f;
-    for (i = 0; i < count; i++) {
-        springls__surface_hit h;
-        bool computed = false;
-        float side = 0.0f, distance, known = reuse ? springls__mesh_reuse(points, out, sides, i, 0.0f, &side) : 0.0f;
-        if (!voxels || known < m->band + 0.1f) {
-            h = springls__surface_closest_from(m->nearest, points[i], search, guess);
-            if (h.triangle >= 0) guess = h.triangle;
-            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-            if (reuse && side == 0.0f) springls__mesh_reuse(points, out, sides, i, distance, &side);
-            computed = side == 0.0f;
-            if (computed) side = springls__mesh_side(m, points[i]);
-            if (m->nearest != m->surface && springls__on_inner_part(m, points[i], &h)) {
-                side = -1.0f;
-                distance = 0.5f;
-            }
-        } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
-        out[i] = side * distance;
-    }
+    float distance[SPRINGLS__BRICK_VOXELS];
+    int i;
+    if (count == SPRINGLS__BRICK_VOXELS) springls__distances_of_voxels(m, points, distance);
+    else springls__distances_of_points(m, points, count, m->balanced ? m->band + 8.0f : FLT_MAX, distance);
+    if (m->balanced) springls__sign_balanced(m, points, count, distance, out);
+    else if (count == SPRINGLS__BRICK_VOXELS) springls__sign_open_voxels(m, points, distance, out);
+    else
+        for (i = 0; i < count; i++)
+            out[i] = springls__open_side_of_winding(springls__surface_winding(m->surface, points[i], 2.5f)) * distance[i];
 }
 
 #endif

@@ -84,6 +84,41 @@ TEST closest_is_exact(void)
     PASS();
 }
 
+/* Packets have the distances of single places, and their winding numbers up to what directed areas leave open. */
+TEST packets_are_as_exact(void)
+{
+    springls_context *ctx = make_context(8, NULL, NULL, NULL);
+    springls__surface surface;
+    int i, k;
+    memset(&surface, 0, sizeof surface);
+    make_soup();
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup_springls, SOUP));
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_make_dipoles(ctx, &surface));
+    for (i = 0; i < 500; i++) {
+        const springls__v3 corner = random_point(80.0f);
+        const float reach = i % 2 ? 3.0f : 1000.0f;
+        springls__packet packet;
+        float d2[SPRINGLS__PACKET], w[SPRINGLS__PACKET];
+        for (k = 0; k < SPRINGLS__PACKET; k++) {
+            packet.x[k] = corner.x + (float)(k & 1);
+            packet.y[k] = corner.y + (float)(k >> 1 & 1);
+            packet.z[k] = corner.z + (float)(k >> 2);
+        }
+        springls__packet_bound(&packet);
+        springls__packet_closest(&surface, &packet, reach, i % 3 ? i % SOUP : -1, d2);
+        springls__packet_winding(&surface, &packet, 8.0f, w);
+        for (k = 0; k < SPRINGLS__PACKET; k++) {
+            const springls__v3 x = springls__v3_make(packet.x[k], packet.y[k], packet.z[k]);
+            const springls__surface_hit h = springls__surface_closest(&surface, x, reach);
+            ASSERT_EQ(h.triangle < 0 ? reach * reach : h.hit.d2, d2[k]);
+            ASSERT_IN_RANGE(springls__surface_winding(&surface, x, 8.0f), w[k], 0.01f);
+        }
+    }
+    springls__surface_free(ctx, &surface);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST rays_are_exact(void)
 {
     springls_context *ctx = make_context(8, NULL, NULL, NULL);
@@ -542,6 +577,7 @@ TEST shapes_have_slope_one(void)
 SUITE(triangles)
 {
     RUN_TEST(closest_is_exact);
+    RUN_TEST(packets_are_as_exact);
     RUN_TEST(rays_are_exact);
 }
 
