@@ -6514,8 +6514,9 @@ typedef struct springls__surface {
     int node_count;         /* nodes, but for those that join parts: see springls__bvh_nodes                    */
     int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
                                those that join them (bvh_join.h); 0: it was built at once                       */
+    int *joint, joints;     /* the first triangle of each tool that combinations have joined, after the surface that was set */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
-    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory;
+    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory, joint_memory;
 } springls__surface;
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
@@ -14065,6 +14066,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
     springls__buffer_free(ctx, &surface->parts_memory);
+    springls__buffer_free(ctx, &surface->joint_memory);
     memset(surface, 0, sizeof *surface);
 }
 
@@ -14072,13 +14074,14 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
 SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
 {
     return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
-         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes;
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes
+         + surface->joint_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
-    surface->count = surface->given = surface->node_count = surface->parts = 0;
+    surface->count = surface->given = surface->node_count = surface->parts = surface->joints = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
 }
@@ -14215,6 +14218,33 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
+/* Makes room for the joints of so many tools; keeps those that there are. */
+SPRINGLS__FN springls_status springls__joints_room(springls_context *ctx, springls__surface *surface, int joints)
+{
+    const springls_status status = springls__buffer_grow(ctx, &surface->joint_memory, (size_t)joints + 1, sizeof(int),
+                                                         (size_t)surface->joints * sizeof(int));
+    surface->joint = (int *)surface->joint_memory.data;
+    return status;
+}
+
+/* Returns the first triangle of a tool: 0 is the surface that was set; behind the last, how many triangles there are. */
+SPRINGLS__FN int springls__tool_begin(const springls__surface *surface, int tool)
+{
+    return tool == 0 ? 0 : tool <= surface->joints ? surface->joint[tool - 1] : surface->count;
+}
+
+/* Returns the tool that triangle i is of. */
+SPRINGLS__FN int springls__tool_of(const springls__surface *surface, int i)
+{
+    int low = 0, high = surface->joints;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (surface->joint[middle] <= i) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 /* Returns how many nodes a hierarchy has room for: those of its parts, and two a part for what joins them. */
 SPRINGLS__FN size_t springls__bvh_nodes(const springls__surface *surface)
 {
@@ -14268,7 +14298,7 @@ SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int 
         items[i].triangle = i;
     }
     surface->count = surface->given = count;
-    surface->parts = 0;
+    surface->parts = surface->joints = 0;
     springls__bvh_begin(surface, progress);
 }
 
@@ -34536,7 +34566,7 @@ SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__co
     X(int32_t, opposed)                                                                                                          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
-    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs) X(int32_t, original_tools)
 
 /* Lists the numbers that only older blocks have. */
 #define SPRINGLS__OLD_NUMBERS(X) X(int32_t, neighbors_age) X(int32_t, components_fresh)
@@ -34644,6 +34674,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
     SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTION_TOOLS,       /* the first triangle of each tool in the original surface */
     SPRINGLS__SECTIONS
 } springls__section;
 
@@ -34703,6 +34734,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_TOOLS, "TOOL", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -34768,7 +34800,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
-    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
+    case SPRINGLS__SECTION_SOURCE: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
+    default: return all ? (uint64_t)s->original_tools * sizeof(int32_t) : 0;
     }
 }
 
@@ -34914,6 +34947,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
+    s->original_tools = ctx->original.joints;
     s->window_x = ctx->window.offset[0];
     s->window_y = ctx->window.offset[1];
     s->window_z = ctx->window.offset[2];
@@ -35000,6 +35034,7 @@ SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
     switch (section) {
     case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
     case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
+    case SPRINGLS__SECTION_TOOLS: return ctx->original.joint_memory.data;
     default: return NULL; /* of a grid */
     }
 }
@@ -35217,6 +35252,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->new_events < 0 || s->new_events > s->events) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
+    if (s->original_tools < 0 || s->original_tools > s->original) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->neighbors_missing) || !springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
@@ -35325,6 +35361,18 @@ SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s
     return true;
 }
 
+/* Returns whether the first triangles of tools ascend. */
+SPRINGLS__FN bool springls__tools_good(const springls__snapshot_state *s, const char *data)
+{
+    int i, before = 0;
+    for (i = 0; i < s->original_tools; i++) {
+        const int first = springls__int_at(data, (size_t)i);
+        if (first <= before || first > s->original) return false;
+        before = first;
+    }
+    return true;
+}
+
 /* Returns whether a section has valid elements. */
 SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
                                          const springls__layout *layout, const char *block, int section)
@@ -35353,6 +35401,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
+    case SPRINGLS__SECTION_TOOLS: return springls__tools_good(s, data);
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);
@@ -35559,6 +35608,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
                                  (size_t)ctx->model.reference.slot_count));
     SPRINGLS__TRY(springls__bvh_reserve(ctx, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    SPRINGLS__TRY(springls__joints_room(ctx, original, s->original_tools));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
@@ -35696,6 +35746,8 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
+    original->joints = s->original_tools;
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_TOOLS);
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
@@ -39930,7 +39982,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7073 \"springls.h\"\n",
+    "#line 7074 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40330,7 +40382,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7473 \"springls.h\"\n",
+    "#line 7474 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40345,7 +40397,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7489 \"springls.h\"\n",
+    "#line 7490 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40374,7 +40426,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7518 \"springls.h\"\n",
+    "#line 7519 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40389,7 +40441,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7533 \"springls.h\"\n",
+    "#line 7534 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40418,10 +40470,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7563 \"springls.h\"\n",
+    "#line 7564 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7567 \"springls.h\"\n",
+    "#line 7568 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40509,7 +40561,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7656 \"springls.h\"\n",
+    "#line 7657 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40649,7 +40701,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7797 \"springls.h\"\n",
+    "#line 7798 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40754,7 +40806,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7903 \"springls.h\"\n",
+    "#line 7904 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -40986,7 +41038,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8136 \"springls.h\"\n",
+    "#line 8137 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41016,7 +41068,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8166 \"springls.h\"\n",
+    "#line 8167 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41031,7 +41083,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8182 \"springls.h\"\n",
+    "#line 8183 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41200,7 +41252,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8351 \"springls.h\"\n",
+    "#line 8352 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41215,7 +41267,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8366 \"springls.h\"\n",
+    "#line 8367 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41384,7 +41436,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8535 \"springls.h\"\n",
+    "#line 8536 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41438,7 +41490,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8590 \"springls.h\"\n",
+    "#line 8591 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41464,7 +41516,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8616 \"springls.h\"\n",
+    "#line 8617 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41479,7 +41531,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8632 \"springls.h\"\n",
+    "#line 8633 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41562,7 +41614,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8715 \"springls.h\"\n",
+    "#line 8716 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41577,7 +41629,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8730 \"springls.h\"\n",
+    "#line 8731 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41660,7 +41712,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8813 \"springls.h\"\n",
+    "#line 8814 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41734,7 +41786,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8888 \"springls.h\"\n",
+    "#line 8889 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42287,7 +42339,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9442 \"springls.h\"\n",
+    "#line 9443 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42383,7 +42435,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9539 \"springls.h\"\n",
+    "#line 9540 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42504,7 +42556,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9661 \"springls.h\"\n",
+    "#line 9662 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42785,7 +42837,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9943 \"springls.h\"\n",
+    "#line 9944 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -42871,7 +42923,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10030 \"springls.h\"\n",
+    "#line 10031 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43014,7 +43066,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10174 \"springls.h\"\n",
+    "#line 10175 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43203,7 +43255,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10364 \"springls.h\"\n",
+    "#line 10365 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43328,7 +43380,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10490 \"springls.h\"\n",
+    "#line 10491 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43362,7 +43414,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10525 \"springls.h\"\n",
+    "#line 10526 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43900,7 +43952,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11064 \"springls.h\"\n",
+    "#line 11065 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44050,7 +44102,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11215 \"springls.h\"\n",
+    "#line 11216 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44128,7 +44180,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11294 \"springls.h\"\n",
+    "#line 11295 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44377,7 +44429,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11544 \"springls.h\"\n",
+    "#line 11545 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44602,7 +44654,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11770 \"springls.h\"\n",
+    "#line 11771 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44706,7 +44758,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11875 \"springls.h\"\n",
+    "#line 11876 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44803,7 +44855,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11973 \"springls.h\"\n",
+    "#line 11974 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45341,7 +45393,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12512 \"springls.h\"\n",
+    "#line 12513 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45374,7 +45426,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12546 \"springls.h\"\n",
+    "#line 12547 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45399,14 +45451,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12572 \"springls.h\"\n",
+    "#line 12573 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12579 \"springls.h\"\n",
+    "#line 12580 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45421,7 +45473,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12595 \"springls.h\"\n",
+    "#line 12596 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45547,7 +45599,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12721 \"springls.h\"\n",
+    "#line 12722 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45562,7 +45614,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12736 \"springls.h\"\n",
+    "#line 12737 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45688,7 +45740,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12863 \"springls.h\"\n",
+    "#line 12864 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -45980,7 +46032,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13156 \"springls.h\"\n",
+    "#line 13157 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46115,7 +46167,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17841 \"springls.h\"\n",
+    "#line 17871 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47217,7 +47269,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18944 \"springls.h\"\n",
+    "#line 18974 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47827,7 +47879,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19555 \"springls.h\"\n",
+    "#line 19585 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48424,7 +48476,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48428 \"springls.h\"\n",
+    "#line 48480 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -49390,14 +49442,18 @@ SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__bot
 /* ---- original surfaces ---- */
 
 /* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that
-   no springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
-   meshes. */
+   no springl has its correspondence on or near, among those of the same tool: of parts that combinations have cut away. So it has at most
+   so many triangles as lie near the correspondences of the springls that there are, however many tools there have been. The others keep
+   their numbers in the caller's meshes. */
 typedef struct springls__both_originals {
+    const springls_context *model; /* that of the first                                                */
     const springls__surface *other;
     springls__surface before;      /* the first, as it was                                             */
     springls__surface made;        /* made anew; where the model has taken it, what it had before      */
     springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
-    springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
+    springls__cell_marks marks;    /* where triangles may go: where correspondences on a tool are      */
+    springls__buffer first, beside; /* the first springl of each tool, and of each springl the next: -1: none */
+    int tool;                      /* how many tools have been begun                                   */
     springls__buffer items;        /* of the builders                                                  */
     springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
@@ -49417,18 +49473,6 @@ SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const 
     return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
 }
 
-/* Marks the cells that a correspondence is near. */
-SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
-{
-    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
-    const springls__bvh_node *bounds = &ctx->original.nodes[0];
-    int i;
-    SPRINGLS__TRY(springls__cell_marks_begin(ctx, marks, springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]),
-                                             springls__v3_make(bounds->upper[0], bounds->upper[1], bounds->upper[2]), 1.0f));
-    for (i = 0; i < ctx->model.set.count; i++) springls__mark_cells_around(marks, ctx->model.set.a[i], margin);
-    return SPRINGLS_OK;
-}
-
 /* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
 SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, springls__both_originals *both,
                                                        const springls__surface *other, bool turn)
@@ -49436,12 +49480,65 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
     springls__surface *own = &ctx->original;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    both->model = ctx;
     both->other = other;
     both->turn = turn;
     both->drops = springls__drops_originals(own, other);
     both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
-    return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
+    if (!both->drops) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->first, (size_t)own->joints + 1, sizeof(int), 0));
+    return springls__buffer_grow(ctx, &both->beside, (size_t)ctx->model.set.count + 1, sizeof(int), 0);
+}
+
+/* Finds the tools that the correspondences of springls lie on: `beside` has them. */
+SPRINGLS__FN void springls__find_tools_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__both_originals *both = (const springls__both_originals *)arg;
+    const float on_surface = 0.05f; /* voxel: most are nearer, and are found faster so */
+    const springls__surface *own = &both->model->original;
+    int *tool = (int *)both->beside.data, triangle;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__v3 a = both->model->model.set.a[begin];
+        triangle = springls__surface_closest(own, a, on_surface).triangle;
+        if (triangle < 0) triangle = springls__surface_closest(own, a, FLT_MAX).triangle;
+        tool[begin] = springls__tool_of(own, triangle);
+    }
+}
+
+/* Chains the springls of each tool. */
+SPRINGLS__FN void springls__chain_tools(springls__both_originals *both)
+{
+    int *first = (int *)both->first.data, *beside = (int *)both->beside.data, i;
+    for (i = 0; i <= both->model->original.joints; i++) first[i] = -1;
+    for (i = 0; i < both->model->model.set.count; i++) {
+        const int tool = beside[i];
+        beside[i] = first[tool];
+        first[tool] = i;
+    }
+}
+
+/* Begins with the triangles of the next tool: marks the cells that correspondences on it are near. */
+SPRINGLS__FN springls_status springls__begin_tool(springls_context *ctx, springls__both_originals *both)
+{
+    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
+    const springls__surface *own = &ctx->original;
+    const int end = springls__tool_begin(own, both->tool + 1);
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 3 * both->next; i < 3 * end; i++) box = springls__box_add(box, own->points[i]);
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, &both->marks, box.lower, box.upper, 1.0f));
+    for (i = ((const int *)both->first.data)[both->tool]; i >= 0; i = ((const int *)both->beside.data)[i])
+        springls__mark_cells_around(&both->marks, ctx->model.set.a[i], margin);
+    both->tool++;
+    return SPRINGLS_OK;
+}
+
+/* Notes that the triangles from `first` on are of another tool than those before, if there are any. */
+SPRINGLS__FN void springls__add_joint(springls__surface *to, int first)
+{
+    if (first > (to->joints ? to->joint[to->joints - 1] : 0)) to->joint[to->joints++] = first;
 }
 
 /* Makes room for where the triangles of both come from. */
@@ -49454,6 +49551,7 @@ SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, sprin
     if (to->source) to->source = (int *)to->source_memory.data;
     else
         for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
+    SPRINGLS__TRY(springls__joints_room(ctx, to, ctx->original.joints + 1 + both->other->joints));
     return springls__buffer_grow(ctx, &both->number, both->drops ? all : 1, sizeof(int), 0);
 }
 
@@ -49486,7 +49584,7 @@ SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *bot
 }
 
 /* Copies some triangles. */
-SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
+SPRINGLS__FN springls_status springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
 {
     const springls__surface *own = &ctx->original;
     const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
@@ -49495,11 +49593,16 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
         if (both->next >= count) {
             springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
         } else {
+            if (both->next == springls__tool_begin(own, both->tool)) {
+                SPRINGLS__TRY(springls__begin_tool(ctx, both));
+                springls__add_joint(both->to, both->count);
+            }
             number[both->next] = -1;
             if (!springls__is_original_used(both, own, both->next)) continue;
             number[both->next] = both->count;
             springls__copy_original(both, own, both->next, 0, false);
         }
+    return SPRINGLS_OK;
 }
 
 /* Begins to copy the hierarchies. To those of the model itself they are added behind the rest, in which meanwhile all is found as before:
@@ -49536,6 +49639,10 @@ SPRINGLS__FN void springls__copy_some_parts(springls__both_originals *both, int 
 SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
 {
     springls__surface *to = both->to;
+    const int first = both->count - both->other->count;
+    int i;
+    springls__add_joint(to, first);
+    for (i = 0; i < both->other->joints; i++) springls__add_joint(to, first + both->other->joint[i]);
     to->source = (int *)to->source_memory.data;
     to->given = ctx->original.given + both->other->given;
     to->count = both->count;
@@ -49565,6 +49672,7 @@ SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both
     own->parts = springls__bvh_parts(&both->before, &root);
     springls__bvh_hang(own, (springls__bvh_item *)both->items.data, own->node_count);
     own->parts = both->before.parts;
+    own->joints = both->before.joints;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;
     both->joined = false;
@@ -49575,6 +49683,8 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
     springls__surface_free(ctx, &both->made);
     springls__buffer_free(ctx, &both->items);
     springls__buffer_free(ctx, &both->number);
+    springls__buffer_free(ctx, &both->first);
+    springls__buffer_free(ctx, &both->beside);
     springls__buffer_free(ctx, &both->marks.memory);
 }
 
@@ -50329,6 +50439,21 @@ SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
     return springls__originals_begin(ctx, &c->originals, &c->other->original, c->operation == SPRINGLS_OPERATION_DIFFERENCE);
 }
 
+SPRINGLS__FN bool springls__drops(const springls_context *ctx) { return ctx->step.combination->originals.drops; }
+
+/* Finds the tools that springls come from. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_tools(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.set.count, 64, 0, springls__find_tools_work, &ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__tools_found(springls_context *ctx)
+{
+    springls__chain_tools(&ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
 /* Room for originals: in parts, because memory that has never been touched takes its time. */
 SPRINGLS__FN springls_status springls__room_for_sources(springls_context *ctx)
 {
@@ -50354,8 +50479,7 @@ SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
 {
-    springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
-    return SPRINGLS_OK;
+    return springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
 }
 
 SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
@@ -50521,6 +50645,10 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__model_saved)
     SPRINGLS__DO(springls__combine_grids)
     SPRINGLS__DO(springls__add_originals)
+    SPRINGLS__IF(springls__drops)
+        SPRINGLS__DO(springls__find_tools)
+        SPRINGLS__DO(springls__tools_found)
+    SPRINGLS__END
     SPRINGLS__DO(springls__room_for_sources)
     SPRINGLS__DO(springls__room_for_points)
     SPRINGLS__DO(springls__room_for_nodes)

@@ -119,22 +119,32 @@ static void advance(float dt)
     }
 }
 
-/* The distance to the union of the particles, cut short at a cell. */
+/* The least of a squared distance and those of the particles of cell c from p. */
+static float nearest_in(int c, const float *p, float least)
+{
+    for (int n = 0; n < binned[c]; n++) {
+        const float *q = x[bin[c][n]];
+        float d2 = (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) + (p[2] - q[2]) * (p[2] - q[2]);
+        least = d2 < least ? d2 : least;
+    }
+    return least;
+}
+
+/* The distance to the union of the particles, cut short at a cell. Where there are particles in the cell of a place, only those cells
+   are looked into that may have nearer ones. */
 static void union_of(void *user, const float *p, int count, float *out)
 {
     (void)user;
     for (int i = 0; i < count; i++, p += 3) {
-        float least = (1.0f + radius) * (1.0f + radius);
-        for (int d = 0; d < 125; d++) {
-            int at[3] = {(int)floorf(p[0]) + d % 5 - 2, (int)floorf(p[1]) + d / 5 % 5 - 2, (int)floorf(p[2]) + d / 25 - 2};
-            if (at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= NX || at[1] >= NY || at[2] >= NZ) continue;
-            int c = at[0] + NX * (at[1] + NY * at[2]);
-            for (int n = 0; n < binned[c]; n++) {
-                const float *q = x[bin[c][n]];
-                float d2 = (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) + (p[2] - q[2]) * (p[2] - q[2]);
-                least = d2 < least ? d2 : least;
-            }
+        float least = nearest_in(cell_at(p), p, (1.0f + radius) * (1.0f + radius)), reach = sqrtf(least);
+        int from[3], to[3];
+        for (int k = 0; k < 3; k++) {
+            from[k] = clampi((int)floorf(p[k] - reach), size[k]);
+            to[k] = clampi((int)floorf(p[k] + reach), size[k] - 1);
         }
+        for (int z = from[2]; z <= to[2]; z++)
+            for (int y = from[1]; y <= to[1]; y++)
+                for (int c = from[0] + NX * (y + NY * z); c <= to[0] + NX * (y + NY * z); c++) least = nearest_in(c, p, least);
         out[i] = sqrtf(least) - radius;
     }
 }

@@ -31,6 +31,7 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     springls__buffer_free(ctx, &surface->dipoles_memory);
     springls__buffer_free(ctx, &surface->source_memory);
     springls__buffer_free(ctx, &surface->parts_memory);
+    springls__buffer_free(ctx, &surface->joint_memory);
     memset(surface, 0, sizeof *surface);
 }
 
@@ -38,13 +39,14 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
 SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
 {
     return surface->points_memory.bytes + surface->order_memory.bytes + surface->nodes_memory.bytes
-         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes;
+         + surface->dipoles_memory.bytes + surface->source_memory.bytes + surface->parts_memory.bytes
+         + surface->joint_memory.bytes;
 }
 
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
-    surface->count = surface->given = surface->node_count = surface->parts = 0;
+    surface->count = surface->given = surface->node_count = surface->parts = surface->joints = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
 }
@@ -181,6 +183,33 @@ SPRINGLS__FN springls_status springls__points_room(springls_context *ctx, spring
     return status;
 }
 
+/* Makes room for the joints of so many tools; keeps those that there are. */
+SPRINGLS__FN springls_status springls__joints_room(springls_context *ctx, springls__surface *surface, int joints)
+{
+    const springls_status status = springls__buffer_grow(ctx, &surface->joint_memory, (size_t)joints + 1, sizeof(int),
+                                                         (size_t)surface->joints * sizeof(int));
+    surface->joint = (int *)surface->joint_memory.data;
+    return status;
+}
+
+/* Returns the first triangle of a tool: 0 is the surface that was set; behind the last, how many triangles there are. */
+SPRINGLS__FN int springls__tool_begin(const springls__surface *surface, int tool)
+{
+    return tool == 0 ? 0 : tool <= surface->joints ? surface->joint[tool - 1] : surface->count;
+}
+
+/* Returns the tool that triangle i is of. */
+SPRINGLS__FN int springls__tool_of(const springls__surface *surface, int i)
+{
+    int low = 0, high = surface->joints;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (surface->joint[middle] <= i) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 /* Returns how many nodes a hierarchy has room for: those of its parts, and two a part for what joins them. */
 SPRINGLS__FN size_t springls__bvh_nodes(const springls__surface *surface)
 {
@@ -234,7 +263,7 @@ SPRINGLS__FN void springls__surface_build_begin(springls__surface *surface, int 
         items[i].triangle = i;
     }
     surface->count = surface->given = count;
-    surface->parts = 0;
+    surface->parts = surface->joints = 0;
     springls__bvh_begin(surface, progress);
 }
 

@@ -65,6 +65,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
                                  (size_t)ctx->model.reference.slot_count));
     SPRINGLS__TRY(springls__bvh_reserve(ctx, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    SPRINGLS__TRY(springls__joints_room(ctx, original, s->original_tools));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
@@ -202,6 +203,8 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
+    original->joints = s->original_tools;
+    springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_TOOLS);
     if (!s->has_source) return;
     original->source = (int *)original->source_memory.data;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);

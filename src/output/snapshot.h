@@ -130,6 +130,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original = ctx->original.count;
     s->given = ctx->original.given;
     s->has_source = ctx->original.source != NULL;
+    s->original_tools = ctx->original.joints;
     s->window_x = ctx->window.offset[0];
     s->window_y = ctx->window.offset[1];
     s->window_z = ctx->window.offset[2];
@@ -216,6 +217,7 @@ SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
     switch (section) {
     case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
     case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
+    case SPRINGLS__SECTION_TOOLS: return ctx->original.joint_memory.data;
     default: return NULL; /* of a grid */
     }
 }

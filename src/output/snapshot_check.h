@@ -135,6 +135,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->new_events < 0 || s->new_events > s->events) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
+    if (s->original_tools < 0 || s->original_tools > s->original) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->neighbors_missing) || !springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
@@ -243,6 +244,18 @@ SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s
     return true;
 }
 
+/* Returns whether the first triangles of tools ascend. */
+SPRINGLS__FN bool springls__tools_good(const springls__snapshot_state *s, const char *data)
+{
+    int i, before = 0;
+    for (i = 0; i < s->original_tools; i++) {
+        const int first = springls__int_at(data, (size_t)i);
+        if (first <= before || first > s->original) return false;
+        before = first;
+    }
+    return true;
+}
+
 /* Returns whether a section has valid elements. */
 SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
                                          const springls__layout *layout, const char *block, int section)
@@ -271,6 +284,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
+    case SPRINGLS__SECTION_TOOLS: return springls__tools_good(s, data);
     case SPRINGLS__SECTION_SOURCE:
         return springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
     default: return springls__all_finite(data, bytes);

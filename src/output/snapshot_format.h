@@ -263,7 +263,7 @@ SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__co
     X(int32_t, opposed)                                                                                                          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
-    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs) X(int32_t, original_tools)
 
 /* Lists the numbers that only older blocks have. */
 #define SPRINGLS__OLD_NUMBERS(X) X(int32_t, neighbors_age) X(int32_t, components_fresh)
@@ -371,6 +371,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
     SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTION_TOOLS,       /* the first triangle of each tool in the original surface */
     SPRINGLS__SECTIONS
 } springls__section;
 
@@ -430,6 +431,7 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_TOOLS, "TOOL", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -495,7 +497,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
-    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
+    case SPRINGLS__SECTION_SOURCE: return all && s->has_source ? (uint64_t)s->original * sizeof(int32_t) : 0;
+    default: return all ? (uint64_t)s->original_tools * sizeof(int32_t) : 0;
     }
 }
 

@@ -64,8 +64,9 @@ typedef struct springls__surface {
     int node_count;         /* nodes, but for those that join parts: see springls__bvh_nodes                    */
     int parts;              /* hierarchies joined in it: their roots are in parts_memory, and after the node_count nodes of parts come
                                those that join them (bvh_join.h); 0: it was built at once                       */
+    int *joint, joints;     /* the first triangle of each tool that combinations have joined, after the surface that was set */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
-    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory;
+    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory, parts_memory, joint_memory;
 } springls__surface;
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };

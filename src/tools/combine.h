@@ -563,6 +563,21 @@ SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
     return springls__originals_begin(ctx, &c->originals, &c->other->original, c->operation == SPRINGLS_OPERATION_DIFFERENCE);
 }
 
+SPRINGLS__FN bool springls__drops(const springls_context *ctx) { return ctx->step.combination->originals.drops; }
+
+/* Finds the tools that springls come from. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_tools(springls_context *ctx)
+{
+    springls__loop_over(ctx, ctx->model.set.count, 64, 0, springls__find_tools_work, &ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__tools_found(springls_context *ctx)
+{
+    springls__chain_tools(&ctx->step.combination->originals);
+    return SPRINGLS_OK;
+}
+
 /* Room for originals: in parts, because memory that has never been touched takes its time. */
 SPRINGLS__FN springls_status springls__room_for_sources(springls_context *ctx)
 {
@@ -588,8 +603,7 @@ SPRINGLS__FN bool springls__copies_originals(const springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__copy_originals(springls_context *ctx)
 {
-    springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
-    return SPRINGLS_OK;
+    return springls__copy_some_originals(ctx, &ctx->step.combination->originals, 4096);
 }
 
 SPRINGLS__FN springls_status springls__begin_parts(springls_context *ctx)
@@ -755,6 +769,10 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__model_saved)
     SPRINGLS__DO(springls__combine_grids)
     SPRINGLS__DO(springls__add_originals)
+    SPRINGLS__IF(springls__drops)
+        SPRINGLS__DO(springls__find_tools)
+        SPRINGLS__DO(springls__tools_found)
+    SPRINGLS__END
     SPRINGLS__DO(springls__room_for_sources)
     SPRINGLS__DO(springls__room_for_points)
     SPRINGLS__DO(springls__room_for_nodes)

@@ -6,6 +6,7 @@
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../model/bvh_join.h"
+#include "../model/closest_point.h"
 #include "../model/grid.h"
 #include "cell_marks.h"
 
@@ -111,14 +112,18 @@ SPRINGLS__FN void springls__references_free(springls_context *ctx, springls__bot
 /* ---- original surfaces ---- */
 
 /* The original surface of both models: that of the other is joined to the first. Now and then it is made anew, without the triangles that
-   no springl has its correspondence on or near: of parts that combinations have cut away. The others keep their numbers in the caller's
-   meshes. */
+   no springl has its correspondence on or near, among those of the same tool: of parts that combinations have cut away. So it has at most
+   so many triangles as lie near the correspondences of the springls that there are, however many tools there have been. The others keep
+   their numbers in the caller's meshes. */
 typedef struct springls__both_originals {
+    const springls_context *model; /* that of the first                                                */
     const springls__surface *other;
     springls__surface before;      /* the first, as it was                                             */
     springls__surface made;        /* made anew; where the model has taken it, what it had before      */
     springls__surface *to;         /* the one that triangles are copied to: made, or the model's own   */
-    springls__cell_marks marks;    /* where correspondences are, where triangles may go                */
+    springls__cell_marks marks;    /* where triangles may go: where correspondences on a tool are      */
+    springls__buffer first, beside; /* the first springl of each tool, and of each springl the next: -1: none */
+    int tool;                      /* how many tools have been begun                                   */
     springls__buffer items;        /* of the builders                                                  */
     springls__buffer number;       /* where it is made anew: the new number of each triangle of the first; -1: it goes */
     int next, count;               /* the triangle, of both together, to be copied next; those that are there */
@@ -138,18 +143,6 @@ SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const 
     return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
 }
 
-/* Marks the cells that a correspondence is near. */
-SPRINGLS__FN springls_status springls__mark_correspondences(springls_context *ctx, springls__cell_marks *marks)
-{
-    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
-    const springls__bvh_node *bounds = &ctx->original.nodes[0];
-    int i;
-    SPRINGLS__TRY(springls__cell_marks_begin(ctx, marks, springls__v3_make(bounds->lower[0], bounds->lower[1], bounds->lower[2]),
-                                             springls__v3_make(bounds->upper[0], bounds->upper[1], bounds->upper[2]), 1.0f));
-    for (i = 0; i < ctx->model.set.count; i++) springls__mark_cells_around(marks, ctx->model.set.a[i], margin);
-    return SPRINGLS_OK;
-}
-
 /* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
 SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, springls__both_originals *both,
                                                        const springls__surface *other, bool turn)
@@ -157,12 +150,65 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
     springls__surface *own = &ctx->original;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    both->model = ctx;
     both->other = other;
     both->turn = turn;
     both->drops = springls__drops_originals(own, other);
     both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
-    return both->drops ? springls__mark_correspondences(ctx, &both->marks) : SPRINGLS_OK;
+    if (!both->drops) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->first, (size_t)own->joints + 1, sizeof(int), 0));
+    return springls__buffer_grow(ctx, &both->beside, (size_t)ctx->model.set.count + 1, sizeof(int), 0);
+}
+
+/* Finds the tools that the correspondences of springls lie on: `beside` has them. */
+SPRINGLS__FN void springls__find_tools_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__both_originals *both = (const springls__both_originals *)arg;
+    const float on_surface = 0.05f; /* voxel: most are nearer, and are found faster so */
+    const springls__surface *own = &both->model->original;
+    int *tool = (int *)both->beside.data, triangle;
+    (void)memory;
+    for (; begin < end; begin++) {
+        const springls__v3 a = both->model->model.set.a[begin];
+        triangle = springls__surface_closest(own, a, on_surface).triangle;
+        if (triangle < 0) triangle = springls__surface_closest(own, a, FLT_MAX).triangle;
+        tool[begin] = springls__tool_of(own, triangle);
+    }
+}
+
+/* Chains the springls of each tool. */
+SPRINGLS__FN void springls__chain_tools(springls__both_originals *both)
+{
+    int *first = (int *)both->first.data, *beside = (int *)both->beside.data, i;
+    for (i = 0; i <= both->model->original.joints; i++) first[i] = -1;
+    for (i = 0; i < both->model->model.set.count; i++) {
+        const int tool = beside[i];
+        beside[i] = first[tool];
+        first[tool] = i;
+    }
+}
+
+/* Begins with the triangles of the next tool: marks the cells that correspondences on it are near. */
+SPRINGLS__FN springls_status springls__begin_tool(springls_context *ctx, springls__both_originals *both)
+{
+    const float margin = 1.0f; /* voxel: a new springl's correspondence lies between those around it */
+    const springls__surface *own = &ctx->original;
+    const int end = springls__tool_begin(own, both->tool + 1);
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 3 * both->next; i < 3 * end; i++) box = springls__box_add(box, own->points[i]);
+    SPRINGLS__TRY(springls__cell_marks_begin(ctx, &both->marks, box.lower, box.upper, 1.0f));
+    for (i = ((const int *)both->first.data)[both->tool]; i >= 0; i = ((const int *)both->beside.data)[i])
+        springls__mark_cells_around(&both->marks, ctx->model.set.a[i], margin);
+    both->tool++;
+    return SPRINGLS_OK;
+}
+
+/* Notes that the triangles from `first` on are of another tool than those before, if there are any. */
+SPRINGLS__FN void springls__add_joint(springls__surface *to, int first)
+{
+    if (first > (to->joints ? to->joint[to->joints - 1] : 0)) to->joint[to->joints++] = first;
 }
 
 /* Makes room for where the triangles of both come from. */
@@ -175,6 +221,7 @@ SPRINGLS__FN springls_status springls__sources_room(springls_context *ctx, sprin
     if (to->source) to->source = (int *)to->source_memory.data;
     else
         for (i = 0; i < both->count; i++) ((int *)to->source_memory.data)[i] = 2 * i;
+    SPRINGLS__TRY(springls__joints_room(ctx, to, ctx->original.joints + 1 + both->other->joints));
     return springls__buffer_grow(ctx, &both->number, both->drops ? all : 1, sizeof(int), 0);
 }
 
@@ -207,7 +254,7 @@ SPRINGLS__FN bool springls__is_original_used(const springls__both_originals *bot
 }
 
 /* Copies some triangles. */
-SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
+SPRINGLS__FN springls_status springls__copy_some_originals(springls_context *ctx, springls__both_originals *both, int most)
 {
     const springls__surface *own = &ctx->original;
     const int count = own->count, end = springls__imin(both->next + most, count + both->other->count);
@@ -216,11 +263,16 @@ SPRINGLS__FN void springls__copy_some_originals(springls_context *ctx, springls_
         if (both->next >= count) {
             springls__copy_original(both, both->other, both->next - count, own->given, both->turn);
         } else {
+            if (both->next == springls__tool_begin(own, both->tool)) {
+                SPRINGLS__TRY(springls__begin_tool(ctx, both));
+                springls__add_joint(both->to, both->count);
+            }
             number[both->next] = -1;
             if (!springls__is_original_used(both, own, both->next)) continue;
             number[both->next] = both->count;
             springls__copy_original(both, own, both->next, 0, false);
         }
+    return SPRINGLS_OK;
 }
 
 /* Begins to copy the hierarchies. To those of the model itself they are added behind the rest, in which meanwhile all is found as before:
@@ -257,6 +309,10 @@ SPRINGLS__FN void springls__copy_some_parts(springls__both_originals *both, int 
 SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_originals *both)
 {
     springls__surface *to = both->to;
+    const int first = both->count - both->other->count;
+    int i;
+    springls__add_joint(to, first);
+    for (i = 0; i < both->other->joints; i++) springls__add_joint(to, first + both->other->joint[i]);
     to->source = (int *)to->source_memory.data;
     to->given = ctx->original.given + both->other->given;
     to->count = both->count;
@@ -286,6 +342,7 @@ SPRINGLS__FN void springls__undo_originals(springls_context *ctx, springls__both
     own->parts = springls__bvh_parts(&both->before, &root);
     springls__bvh_hang(own, (springls__bvh_item *)both->items.data, own->node_count);
     own->parts = both->before.parts;
+    own->joints = both->before.joints;
     own->dipoles = both->before.dipoles;
     own->source = both->before.source;
     both->joined = false;
@@ -296,6 +353,8 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
     springls__surface_free(ctx, &both->made);
     springls__buffer_free(ctx, &both->items);
     springls__buffer_free(ctx, &both->number);
+    springls__buffer_free(ctx, &both->first);
+    springls__buffer_free(ctx, &both->beside);
     springls__buffer_free(ctx, &both->marks.memory);
 }
 

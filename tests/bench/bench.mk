@@ -16,6 +16,7 @@ bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
 bench_accuracy_USES     = springls surface
 bench_motions_USES      = springls surface
+bench_edits_USES        = springls
 bench_flight_USES       = springls
 bench_frames_USES       = springls
 bench_memory_USES       = springls
@@ -48,7 +49,7 @@ define bench_file_rule
 build/bench/$(1): tests/bench/$(1).c $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
 	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -MMD -MP -MF $$@.d -o $$@ $$(filter %.c %.a,$$^) $(call folder_libs,$(bench_$(1)_USES))
 endef
-BENCH_FILES := flight frames memory queries tilings turns prepare vtk_to_nifti
+BENCH_FILES := edits flight frames memory queries tilings turns prepare vtk_to_nifti
 $(foreach p,$(BENCH_FILES),$(eval $(call bench_file_rule,$(p))))
 
 build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
@@ -77,9 +78,9 @@ measurements: deps-examples   ## build every program that measures
 	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids surface $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries, =flight)
-	@$(MAKE) --no-print-directory $(if $(filter flight,$(ONLY)),build/bench/flight,$(BENCH_PROGRAMS))
-	@$(if $(filter flight,$(ONLY)),build/bench/flight $(or $(GRID),512),CC="$(CC)" HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries, =flight, =edits)
+	@$(MAKE) --no-print-directory $(if $(filter flight edits,$(ONLY)),build/bench/$(ONLY),$(BENCH_PROGRAMS))
+	@$(if $(filter flight edits,$(ONLY)),build/bench/$(ONLY) $(or $(GRID),$(if $(filter flight,$(ONLY)),512,128)),CC="$(CC)" HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench)
 
 build/bench/leveque_openmp: examples/leveque.c $(call folder_sources,$(leveque_USES)) build/bench/settings | springls.h
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -fopenmp -I. -Iexamples -Iexamples/common -o $@ $(filter %.c,$^) $(call folder_libs,$(leveque_USES))

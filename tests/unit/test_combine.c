@@ -331,6 +331,54 @@ TEST originals_that_nothing_comes_from_go(void)
     PASS();
 }
 
+/* Edits i = begin, ..., end - 1: digs in one place of a ball of 9 voxels, and balls that fill it again. */
+static springls_status edit_one_place(springls_context *ctx, int begin, int end)
+{
+    springls_status status = SPRINGLS_OK;
+    int i;
+    for (i = begin; i < end && status == SPRINGLS_OK; i++) {
+        springls_sphere tool = fixture_ball(19.5f + 1.5f * sinf(2.4f * (float)i), 19.7f + 1.5f * cosf(3.1f * (float)i), 28.0f, 3.0f);
+        status = springls_combine_implicit(ctx, i % 2 ? SPRINGLS_OPERATION_UNION : SPRINGLS_OPERATION_DIFFERENCE,
+                                           springls_implicit_sphere, &tool);
+    }
+    return status;
+}
+
+/* However many edits there have been in one place, the original surface has no more than lies near correspondences, and what waits to be
+   dropped. After a restore the same goes. */
+TEST edits_in_one_place_keep_their_memory(void)
+{
+    springls_context *a = ball_at(19.5f, 9.0f), *restored = fixture_context(SIZE, NULL);
+    springls_params params = springls_get_params(a);
+    void *block = NULL;
+    size_t size = 0, early = 0;
+    int i;
+    params.keep_edges = 0; /* saves time */
+    ASSERT_OK(springls_set_params(a, &params));
+    for (i = 0; i < 400; i += 50) {
+        ASSERT_OK(edit_one_place(a, i, i + 50));
+        ASSERT_LT(a->original.count, 8 * springls_count(a) + 16384);
+        ASSERT_LTE(a->original.joints, a->original.parts);
+        early = i < 250 && early < springls_memory_used(a) ? springls_memory_used(a) : early;
+        if (i >= 250) ASSERT_LT(springls_memory_used(a), early + early / 10);
+        if (i != 250) continue;
+        ASSERT_OK(springls_snapshot(a, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+        block = malloc(size);
+        ASSERT_OK(springls_snapshot(a, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
+    }
+    ASSERT_GT(springls_material_triangle_count(a), 4 * 16384);
+    ASSERT_OK(springls_restore(restored, block, size));
+    ASSERT_OK(edit_one_place(restored, 300, 400));
+    ASSERT_EQ(springls_state_hash(a), springls_state_hash(restored));
+    ASSERT_EQ(a->original.joints, restored->original.joints);
+    ASSERT_EQ(a->original.count, restored->original.count);
+    ASSERT_EQ(0, memcmp(a->original.source, restored->original.source, (size_t)a->original.count * sizeof(int)));
+    free(block);
+    springls_destroy(a);
+    springls_destroy(restored);
+    PASS();
+}
+
 /* Every springl has the colour of the body it was on, and its material triangle is one of that body's. */
 TEST springls_have_the_attributes_of_their_body(void)
 {
@@ -1085,6 +1133,7 @@ int main(int argc, char **argv)
     RUN_TEST(places_on_many_originals_survive_a_restore);
     RUN_TEST(originals_of_second_operands);
     RUN_TEST(originals_that_nothing_comes_from_go);
+    RUN_TEST(edits_in_one_place_keep_their_memory);
     RUN_TEST(edits_complete_what_they_change);
     RUN_TEST(the_result_can_move_on);
     RUN_TEST(offsets_have_the_exact_volume);
