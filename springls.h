@@ -13481,21 +13481,22 @@ typedef struct springls__lane_part {
     int first, count, lanes;
 } springls__lane_part;
 
-/* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
-SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
+/* Returns how many lanes a loop over `count` elements has, in ranges of at least `grain`: one where there is one thread. */
+SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count, int grain)
 {
+    const int ranges = count / grain + (count % grain > 0);
 #if defined(_OPENMP)
     (void)ctx;
-    return springls__imin(count, SPRINGLS__MEMORY_LANES);
+    return springls__imin(ranges, SPRINGLS__MEMORY_LANES);
 #else
-    return ctx->desc.tasks.parallel_for ? springls__imin(count, SPRINGLS__MEMORY_LANES) : springls__imin(count, 1);
+    return springls__imin(ranges, ctx->desc.tasks.parallel_for ? (int)SPRINGLS__MEMORY_LANES : 1);
 #endif
 }
 
 /* Makes room for the lanes of a loop over `count` elements, so many floats each. */
-SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count, int grain)
 {
-    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
+    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count, grain));
 }
 
 SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
@@ -13525,7 +13526,7 @@ SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work w
     part.floats = floats;
     part.first = first;
     part.count = count;
-    part.lanes = springls__lane_count(ctx, count);
+    part.lanes = springls__lane_count(ctx, count, grain);
     if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
     else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }
@@ -13947,7 +13948,7 @@ SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, c
     springls__arguments args;
     memset(&args, 0, sizeof args);
     if (entry->arguments) (entry->arguments)(ctx, &args);
-    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count));
+    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count, info->grain));
     if (info->ordered) springls__run(ctx, kernel, count, &args);
     else springls__loop(ctx, kernel, count, &args);
     return SPRINGLS_OK;
@@ -16194,7 +16195,7 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion)));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion), 1));
     springls__loop_over(ctx, springls__advect_blocks(motion), 1, floats, springls__advect_work, motion);
     return SPRINGLS_OK;
 }
@@ -20258,7 +20259,7 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
 SPRINGLS__FN springls_status springls__surface_loop(springls_context *ctx, int count, int grain, springls__loop_work work)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count, grain));
     springls__loop_over(ctx, count, grain, floats, work, springls__surface_job_of(ctx));
     return SPRINGLS_OK;
 }
@@ -25519,9 +25520,27 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     }
 }
 
+SPRINGLS__FN springls__brick_box springls__all_bricks(const springls__grid *g)
+{
+    springls__brick_box all;
+    memset(&all, 0, sizeof all);
+    memcpy(all.upper, g->bricks, sizeof all.upper);
+    return all;
+}
+
+SPRINGLS__FN bool springls__box_has_brick(const springls__brick_box *box, const int place[3])
+{
+    int d;
+    for (d = 0; d < 3; d++)
+        if (place[d] < box->lower[d] || place[d] >= box->upper[d]) return false;
+    return true;
+}
+
 /* Activates the bricks that the surface passes through, and all around them, whose values its slopes need. The surface
-   passes where the function changes sign, and where the inside meets the border of the domain. */
-SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+   passes where the function changes sign, and where the inside meets the border of the domain. Bricks that are not in the box are
+   outside. */
+SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                        const springls__brick_box *box)
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
@@ -25537,6 +25556,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         int at[3], inside, total;
         bool at_border = false;
         springls__brick_place(g, brick, at);
+        if (!springls__box_has_brick(box, at)) continue;
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         if (inside == total) {
             springls__keep_box(g, &solid, at, at, 0);
@@ -25606,14 +25626,15 @@ SPRINGLS__FN void springls__scale_voxels(const springls__grid *g, double scale)
     }
 }
 
-/* Fills an empty grid from any function that is negative inside. Values whose slope is far from 1 are scaled first; then phi
-   is re-distanced outwards from its zero. */
-SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+/* Fills an empty grid from any function that is negative inside, nowhere outside of a box of bricks. Values whose slope is far from 1 are
+   scaled first; then phi is re-distanced outwards from its zero. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                       const springls__brick_box *box)
 {
     const springls__grid *g = &ctx->model.grid;
     double slope;
     int pass;
-    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg, box));
     springls__copy_voxels(g, value, arg);
     slope = springls__slope_at_zero(g);
     springls__scale_voxels(g, slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope);
@@ -25917,13 +25938,20 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 }
 
 /* Replaces the model by one from dense voxels; empty on failure. */
-SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+SPRINGLS__FN springls_status springls__set_voxels_in(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                     const springls__brick_box *box)
 {
     springls_status status;
     springls__clear_model(ctx);
-    status = springls__set_from_voxels(ctx, value, arg);
+    status = springls__set_from_voxels(ctx, value, arg, box);
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
     return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    const springls__brick_box all = springls__all_bricks(&ctx->model.grid);
+    return springls__set_voxels_in(ctx, value, arg, &all);
 }
 
 SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi)
@@ -30818,7 +30846,7 @@ SPRINGLS__FN springls_status springls__fill_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count, 1));
     springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
     return SPRINGLS_OK;
 }
@@ -46167,7 +46195,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17871 \"springls.h\"\n",
+    "#line 17872 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47269,7 +47297,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18974 \"springls.h\"\n",
+    "#line 18975 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47879,7 +47907,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19585 \"springls.h\"\n",
+    "#line 19586 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48476,7 +48504,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48480 \"springls.h\"\n",
+    "#line 48508 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -51113,6 +51141,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
 /* Makes the model that holds the new level set, and counts the triangles of its zero. */
 SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, const springls_follow_desc *desc, springls_context **other)
 {
+    const springls__brick_box all = springls__all_bricks(&ctx->model.grid);
     springls__implicit_job job;
     springls_context *made;
     springls_status status;
@@ -51124,7 +51153,7 @@ SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, cons
     job.ctx = made;
     job.fn = desc->fn;
     job.user = desc->user;
-    if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi);
+    if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi, &all);
     else status = springls__set_from_distance(made, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && !desc->phi) status = springls__redistance_in_voxels(made);
     if (status == SPRINGLS_OK) status = springls__count_initial(made);
@@ -51992,16 +52021,43 @@ SPRINGLS__FN springls_status springls__map_reserve(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
+/* Returns the box of bricks that have voxels of a label, or are beside such; of label 0, which has all others inside, all bricks. */
+SPRINGLS__FN springls__brick_box springls__bricks_of_label(const springls_tiling *tiling, const springls__label_map *map, int32_t label)
+{
+    const springls__label_place *place = &map->place[label];
+    springls__brick_box box = springls__all_bricks(&tiling->host->model.grid);
+    int d;
+    for (d = 0; d < 3 && label; d++) {
+        box.lower[d] = springls__imax(place->lower[d] - 1, 0) / SPRINGLS__BRICK;
+        box.upper[d] = springls__imin((place->upper[d] + 1) / SPRINGLS__BRICK + 1, box.upper[d]);
+    }
+    return box;
+}
+
+/* Moves the model of a body into memory that is no larger than it needs: it was made of many more bricks than it has. */
+SPRINGLS__FN springls_status springls__pack_body(springls_tiling *tiling, const char *call, springls__tiling_body *body)
+{
+    springls__tiling_body packed;
+    springls_status status;
+    SPRINGLS__TRY(springls__body_create(tiling, call, body->label, &packed));
+    status = springls__copy_model(packed.ctx, body->ctx);
+    if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, body->label, packed.ctx);
+    springls__body_free(status == SPRINGLS_OK ? body : &packed);
+    if (status == SPRINGLS_OK) *body = packed;
+    return status;
+}
+
 /* Makes the model of a label, or, of label 0, of all others together. */
 SPRINGLS__FN springls_status springls__body_of_label(springls_tiling *tiling, springls__label_map *map, int32_t label,
                                                      springls__tiling_body *body)
 {
+    const springls__brick_box box = springls__bricks_of_label(tiling, map, label);
     springls_status status;
     SPRINGLS__TRY(springls__body_create(tiling, "tiling_set_labels", label, body));
     springls__smooth_label(map, label);
-    status = springls__set_voxels(body->ctx, springls__map_value, map);
+    status = springls__set_voxels_in(body->ctx, springls__map_value, map, &box);
     if (status == SPRINGLS_OK) status = springls__make_facing(body);
-    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    if (status == SPRINGLS_OK) return springls__pack_body(tiling, "tiling_set_labels", body);
     if (status == SPRINGLS_EMPTY_MODEL)
         springls__fail(tiling->host, status, "tiling_set_labels: label %d, of %d voxels, is too little to have a surface", (int)label,
                        map->place[label].count);
@@ -53359,7 +53415,8 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
     SPRINGLS__CODE(&c, model->idle);
     model->block = data + SPRINGLS__BODY_HEAD_BYTES;
     model->size = (size_t)bytes - SPRINGLS__BODY_HEAD_BYTES;
-    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE || (*count == 0) != (model->label == 0)
+    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE
+        || (*count == 0) != (model->label == 0)
         || (*count > 0 && model->label <= (model - 1)->label)) return springls__block_fails(tiling, "damaged");
     ++*count;
     return SPRINGLS_OK;
@@ -54931,6 +54988,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     (void)tiling, (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
+    if (body->backup.bytes > size + size / 4) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));

@@ -375,9 +375,27 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     }
 }
 
+SPRINGLS__FN springls__brick_box springls__all_bricks(const springls__grid *g)
+{
+    springls__brick_box all;
+    memset(&all, 0, sizeof all);
+    memcpy(all.upper, g->bricks, sizeof all.upper);
+    return all;
+}
+
+SPRINGLS__FN bool springls__box_has_brick(const springls__brick_box *box, const int place[3])
+{
+    int d;
+    for (d = 0; d < 3; d++)
+        if (place[d] < box->lower[d] || place[d] >= box->upper[d]) return false;
+    return true;
+}
+
 /* Activates the bricks that the surface passes through, and all around them, whose values its slopes need. The surface
-   passes where the function changes sign, and where the inside meets the border of the domain. */
-SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+   passes where the function changes sign, and where the inside meets the border of the domain. Bricks that are not in the box are
+   outside. */
+SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                        const springls__brick_box *box)
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
@@ -393,6 +411,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         int at[3], inside, total;
         bool at_border = false;
         springls__brick_place(g, brick, at);
+        if (!springls__box_has_brick(box, at)) continue;
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         if (inside == total) {
             springls__keep_box(g, &solid, at, at, 0);
@@ -462,14 +481,15 @@ SPRINGLS__FN void springls__scale_voxels(const springls__grid *g, double scale)
     }
 }
 
-/* Fills an empty grid from any function that is negative inside. Values whose slope is far from 1 are scaled first; then phi
-   is re-distanced outwards from its zero. */
-SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+/* Fills an empty grid from any function that is negative inside, nowhere outside of a box of bricks. Values whose slope is far from 1 are
+   scaled first; then phi is re-distanced outwards from its zero. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                       const springls__brick_box *box)
 {
     const springls__grid *g = &ctx->model.grid;
     double slope;
     int pass;
-    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg, box));
     springls__copy_voxels(g, value, arg);
     slope = springls__slope_at_zero(g);
     springls__scale_voxels(g, slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope);
@@ -773,13 +793,20 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 }
 
 /* Replaces the model by one from dense voxels; empty on failure. */
-SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+SPRINGLS__FN springls_status springls__set_voxels_in(springls_context *ctx, springls__voxel_fn value, const void *arg,
+                                                     const springls__brick_box *box)
 {
     springls_status status;
     springls__clear_model(ctx);
-    status = springls__set_from_voxels(ctx, value, arg);
+    status = springls__set_from_voxels(ctx, value, arg, box);
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
     return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    const springls__brick_box all = springls__all_bricks(&ctx->model.grid);
+    return springls__set_voxels_in(ctx, value, arg, &all);
 }
 
 SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi)

@@ -1000,7 +1000,7 @@ SPRINGLS__FN springls_status springls__fill_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
     SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count, 1));
     springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
     return SPRINGLS_OK;
 }

@@ -47,21 +47,22 @@ typedef struct springls__lane_part {
     int first, count, lanes;
 } springls__lane_part;
 
-/* Returns how many lanes a loop over `count` elements has: one where there is one thread. */
-SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count)
+/* Returns how many lanes a loop over `count` elements has, in ranges of at least `grain`: one where there is one thread. */
+SPRINGLS__FN int springls__lane_count(const springls_context *ctx, int count, int grain)
 {
+    const int ranges = count / grain + (count % grain > 0);
 #if defined(_OPENMP)
     (void)ctx;
-    return springls__imin(count, SPRINGLS__MEMORY_LANES);
+    return springls__imin(ranges, SPRINGLS__MEMORY_LANES);
 #else
-    return ctx->desc.tasks.parallel_for ? springls__imin(count, SPRINGLS__MEMORY_LANES) : springls__imin(count, 1);
+    return springls__imin(ranges, ctx->desc.tasks.parallel_for ? (int)SPRINGLS__MEMORY_LANES : 1);
 #endif
 }
 
 /* Makes room for the lanes of a loop over `count` elements, so many floats each. */
-SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count)
+SPRINGLS__FN springls_status springls__reserve_lanes(springls_context *ctx, size_t floats, int count, int grain)
 {
-    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count));
+    return SPRINGLS__RESERVE(ctx, lane_memory, floats * (size_t)springls__lane_count(ctx, count, grain));
 }
 
 SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
@@ -91,7 +92,7 @@ SPRINGLS__FN void springls__do_work(springls_context *ctx, springls__loop_work w
     part.floats = floats;
     part.first = first;
     part.count = count;
-    part.lanes = springls__lane_count(ctx, count);
+    part.lanes = springls__lane_count(ctx, count, grain);
     if (floats) springls__parallel(ctx, part.lanes, 1, springls__lane_task, &part);
     else springls__parallel(ctx, count, grain, springls__part_task, &part);
 }

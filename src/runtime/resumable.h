@@ -180,7 +180,7 @@ SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, c
     springls__arguments args;
     memset(&args, 0, sizeof args);
     if (entry->arguments) (entry->arguments)(ctx, &args);
-    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count));
+    if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count, info->grain));
     if (info->ordered) springls__run(ctx, kernel, count, &args);
     else springls__loop(ctx, kernel, count, &args);
     return SPRINGLS_OK;

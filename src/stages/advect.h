@@ -161,7 +161,7 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
                                     springls__kernels[SPRINGLS__KERNEL_displace].writes));
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion)));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, springls__advect_blocks(motion), 1));
     springls__loop_over(ctx, springls__advect_blocks(motion), 1, floats, springls__advect_work, motion);
     return SPRINGLS_OK;
 }

@@ -88,7 +88,7 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
 SPRINGLS__FN springls_status springls__surface_loop(springls_context *ctx, int count, int grain, springls__loop_work work)
 {
     const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
-    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count));
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, count, grain));
     springls__loop_over(ctx, count, grain, floats, work, springls__surface_job_of(ctx));
     return SPRINGLS_OK;
 }

@@ -192,16 +192,43 @@ SPRINGLS__FN springls_status springls__map_reserve(springls_tiling *tiling, spri
     return SPRINGLS_OK;
 }
 
+/* Returns the box of bricks that have voxels of a label, or are beside such; of label 0, which has all others inside, all bricks. */
+SPRINGLS__FN springls__brick_box springls__bricks_of_label(const springls_tiling *tiling, const springls__label_map *map, int32_t label)
+{
+    const springls__label_place *place = &map->place[label];
+    springls__brick_box box = springls__all_bricks(&tiling->host->model.grid);
+    int d;
+    for (d = 0; d < 3 && label; d++) {
+        box.lower[d] = springls__imax(place->lower[d] - 1, 0) / SPRINGLS__BRICK;
+        box.upper[d] = springls__imin((place->upper[d] + 1) / SPRINGLS__BRICK + 1, box.upper[d]);
+    }
+    return box;
+}
+
+/* Moves the model of a body into memory that is no larger than it needs: it was made of many more bricks than it has. */
+SPRINGLS__FN springls_status springls__pack_body(springls_tiling *tiling, const char *call, springls__tiling_body *body)
+{
+    springls__tiling_body packed;
+    springls_status status;
+    SPRINGLS__TRY(springls__body_create(tiling, call, body->label, &packed));
+    status = springls__copy_model(packed.ctx, body->ctx);
+    if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, body->label, packed.ctx);
+    springls__body_free(status == SPRINGLS_OK ? body : &packed);
+    if (status == SPRINGLS_OK) *body = packed;
+    return status;
+}
+
 /* Makes the model of a label, or, of label 0, of all others together. */
 SPRINGLS__FN springls_status springls__body_of_label(springls_tiling *tiling, springls__label_map *map, int32_t label,
                                                      springls__tiling_body *body)
 {
+    const springls__brick_box box = springls__bricks_of_label(tiling, map, label);
     springls_status status;
     SPRINGLS__TRY(springls__body_create(tiling, "tiling_set_labels", label, body));
     springls__smooth_label(map, label);
-    status = springls__set_voxels(body->ctx, springls__map_value, map);
+    status = springls__set_voxels_in(body->ctx, springls__map_value, map, &box);
     if (status == SPRINGLS_OK) status = springls__make_facing(body);
-    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    if (status == SPRINGLS_OK) return springls__pack_body(tiling, "tiling_set_labels", body);
     if (status == SPRINGLS_EMPTY_MODEL)
         springls__fail(tiling->host, status, "tiling_set_labels: label %d, of %d voxels, is too little to have a surface", (int)label,
                        map->place[label].count);

@@ -158,7 +158,8 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
     SPRINGLS__CODE(&c, model->idle);
     model->block = data + SPRINGLS__BODY_HEAD_BYTES;
     model->size = (size_t)bytes - SPRINGLS__BODY_HEAD_BYTES;
-    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE || (*count == 0) != (model->label == 0)
+    if (model->label < 0 || model->label > SPRINGLS__LARGEST_LABEL || model->idle < 0 || model->idle > SPRINGLS__MOST_IDLE
+        || (*count == 0) != (model->label == 0)
         || (*count > 0 && model->label <= (model - 1)->label)) return springls__block_fails(tiling, "damaged");
     ++*count;
     return SPRINGLS_OK;

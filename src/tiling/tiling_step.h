@@ -130,6 +130,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     (void)tiling, (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
+    if (body->backup.bytes > size + size / 4) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));

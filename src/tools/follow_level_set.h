@@ -260,6 +260,7 @@ SPRINGLS__FN springls_status springls__follow_other(springls__follow_job *job, c
 /* Makes the model that holds the new level set, and counts the triangles of its zero. */
 SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, const springls_follow_desc *desc, springls_context **other)
 {
+    const springls__brick_box all = springls__all_bricks(&ctx->model.grid);
     springls__implicit_job job;
     springls_context *made;
     springls_status status;
@@ -271,7 +272,7 @@ SPRINGLS__FN springls_status springls__make_followed(springls_context *ctx, cons
     job.ctx = made;
     job.fn = desc->fn;
     job.user = desc->user;
-    if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi);
+    if (desc->phi) status = springls__set_from_voxels(made, springls__level_set_value, desc->phi, &all);
     else status = springls__set_from_distance(made, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && !desc->phi) status = springls__redistance_in_voxels(made);
     if (status == SPRINGLS_OK) status = springls__count_initial(made);

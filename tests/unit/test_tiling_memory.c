@@ -279,6 +279,41 @@ TEST allocations_may_fail(int call)
     PASS();
 }
 
+/* Small bodies have memory as small: a ball of 250 springls some half a MiB, wherever it lies in the grid. Models of one alone have more,
+   of the bricks that its input was made of. */
+TEST small_bodies_are_small(void)
+{
+    enum { PITCH = 14, ROW = 3, SIDE = 8 + PITCH * ROW };
+    static int32_t labels[SIDE * SIDE * SIDE];
+    springls_tiling *tiling = tiling_of_size(SIDE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    size_t largest = 0;
+    int i, k;
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) {
+        int at[3], cell[3];
+        double r2 = 0.0;
+        for (k = 0; k < 3; k++) {
+            at[k] = (k == 0 ? i % SIDE : k == 1 ? i / SIDE % SIDE : i / (SIDE * SIDE)) - 4;
+            cell[k] = at[k] < 0 ? 0 : at[k] / PITCH < ROW ? at[k] / PITCH : ROW - 1;
+            r2 += (at[k] - PITCH * (cell[k] + 0.5)) * (at[k] - PITCH * (cell[k] + 0.5));
+        }
+        labels[i] = r2 < 16.0 ? 1 + cell[0] + ROW * (cell[1] + ROW * cell[2]) : 0;
+    }
+    ASSERT_OK(springls_tiling_set_labels(tiling, labels, 2));
+    step.dt = 0.125f;
+    for (i = 0; i < 12; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_EQ(ROW * ROW * ROW, springls_tiling_count(tiling));
+    for (i = 1; i <= ROW * ROW * ROW; i++) {
+        const size_t bytes = springls_memory_used(springls_tiling_body(tiling, i));
+        if (bytes > largest) largest = bytes;
+    }
+    if (GREATEST_IS_VERBOSE())
+        printf("  at most %.0f KiB a body, %d springls\n", (double)largest / 1024.0, springls_count(springls_tiling_body(tiling, 14)));
+    ASSERT_LT((double)largest, 768.0 * 1024.0);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -290,5 +325,6 @@ int main(int argc, char **argv)
     make_restored();
     for (call = 0; call < CALLS; call++) RUN_TESTp(allocations_may_fail, call);
     free(restored);
+    RUN_TEST(small_bodies_are_small);
     GREATEST_MAIN_END();
 }
