@@ -18549,12 +18549,12 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
+/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits, where nodes on the surface are inside. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
-    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;
-    return phi < 0.0f ? -weight : weight;
+    if (!beside_hits) return phi < 0.0f ? -0.3f - 2.0f * deep : 0.3f + 2.0f * deep;
+    return phi < 0.0f ? -SPRINGLS__PHI_WEIGHT - deep : phi < SPRINGLS__CROSSING_GAP ? -SPRINGLS__PHI_WEIGHT : SPRINGLS__PHI_WEIGHT;
 }
 
 /* Returns phi at a node of a brick of the table. */
@@ -18574,6 +18574,12 @@ SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const spr
     return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
 }
 
+/* Returns whether a hit comes before the node at x of its line. Of a node on the surface any hit may say either: it is inside. */
+SPRINGLS__INNER bool springls__is_before_node(springls__hit hit, float x)
+{
+    return hit.t < (springls__hit_side(hit) < 0 ? x + SPRINGLS__CROSSING_GAP : x - SPRINGLS__CROSSING_GAP);
+}
+
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
@@ -18586,7 +18592,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
     int x, n = 0, k = first;
     for (x = from; x <= to + 1; x++) {
         springls__event event;
-        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
+        for (; k < end && (x > to || springls__is_before_node(work->hit[k], (float)x)); k++) {
             event.t = work->hit[k].t;
             event.side = springls__hit_side(work->hit[k]);
             event.cost = work->hit[k].weight;
@@ -18800,7 +18806,8 @@ SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side,
     return best >= 0;
 }
 
-/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */
+/* Returns the crossing of an edge without hits: phi's zero, or nearer to the end where phi is less sure; at the border of the domain
+   halfway. */
 SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)
 {
     springls__crossing found;
@@ -18813,7 +18820,7 @@ SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid
     a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
     b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
     if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);
-    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);
+    else if (a != 0.0f || b != 0.0f) t = springls__clamp(springls__fabs(a) / (springls__fabs(a) + springls__fabs(b)), 0.001f, 0.999f);
     found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
     found.x = springls__with_along(found.x, axis, (float)at[axis] + t);
     return found;
@@ -18981,6 +18988,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
 #define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
 #define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
 #define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
+#define SPRINGLS__FACE_REACH 0.03f /* voxels beyond a face in which a corner is still its own */
 
 /* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
 typedef struct springls__owned { int first, count; } springls__owned;
@@ -19204,10 +19212,25 @@ SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls_
     return true;
 }
 
+/* Moves a place that lies a little beyond the border of a face into it: of an edge along the grid the corners do. Returns whether it is in
+   the face then. */
+SPRINGLS__MATHS bool springls__bring_into_face(const springls__face *face, springls__v3 *x)
+{
+    const float e = 2.0f * SPRINGLS__FACE_MARGIN;
+    int k;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->c : face->b;
+        const float o = (float)face->o[axis], at = springls__along(*x, axis), in = springls__clamp(at, o + e, o + 1.0f - e);
+        if (springls__fabs(in - at) > SPRINGLS__FACE_REACH) return false;
+        *x = springls__with_along(*x, axis, in);
+    }
+    return true;
+}
+
 /* Finds the corner where the tangents at both ends meet; false: not between them in the face. */
 SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)
 {
-    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)
+    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__bring_into_face(face, x)
         && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;
 }
 
@@ -46876,12 +46899,12 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);\n",
     "}\n",
     "\n",
-    "/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */\n",
+    "/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits, where nodes on the surface are inside. */\n",
     "SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)\n",
     "{\n",
     "    const float deep = springls__min(springls__fabs(phi), 1.0f);\n",
-    "    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;\n",
-    "    return phi < 0.0f ? -weight : weight;\n",
+    "    if (!beside_hits) return phi < 0.0f ? -0.3f - 2.0f * deep : 0.3f + 2.0f * deep;\n",
+    "    return phi < 0.0f ? -SPRINGLS__PHI_WEIGHT - deep : phi < SPRINGLS__CROSSING_GAP ? -SPRINGLS__PHI_WEIGHT : SPRINGLS__PHI_WEIGHT;\n",
     "}\n",
     "\n",
     "/* Returns phi at a node of a brick of the table. */\n",
@@ -46901,6 +46924,12 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));\n",
     "}\n",
     "\n",
+    "/* Returns whether a hit comes before the node at x of its line. Of a node on the surface any hit may say either: it is inside. */\n",
+    "SPRINGLS__INNER bool springls__is_before_node(springls__hit hit, float x)\n",
+    "{\n",
+    "    return hit.t < (springls__hit_side(hit) < 0 ? x + SPRINGLS__CROSSING_GAP : x - SPRINGLS__CROSSING_GAP);\n",
+    "}\n",
+    "\n",
     "/* Lists hits [first, end) of the line and the nodes between and around them, in order. */\n",
     "SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,\n",
     "                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,\n",
@@ -46913,7 +46942,7 @@ static const char *const springls__kernel_lines[] = {
     "    int x, n = 0, k = first;\n",
     "    for (x = from; x <= to + 1; x++) {\n",
     "        springls__event event;\n",
-    "        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {\n",
+    "        for (; k < end && (x > to || springls__is_before_node(work->hit[k], (float)x)); k++) {\n",
     "            event.t = work->hit[k].t;\n",
     "            event.side = springls__hit_side(work->hit[k]);\n",
     "            event.cost = work->hit[k].weight;\n",
@@ -47127,7 +47156,8 @@ static const char *const springls__kernel_lines[] = {
     "    return best >= 0;\n",
     "}\n",
     "\n",
-    "/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */\n",
+    "/* Returns the crossing of an edge without hits: phi's zero, or nearer to the end where phi is less sure; at the border of the domain\n",
+    "   halfway. */\n",
     "SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)\n",
     "{\n",
     "    springls__crossing found;\n",
@@ -47140,7 +47170,7 @@ static const char *const springls__kernel_lines[] = {
     "    a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
     "    b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);\n",
     "    if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);\n",
-    "    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);\n",
+    "    else if (a != 0.0f || b != 0.0f) t = springls__clamp(springls__fabs(a) / (springls__fabs(a) + springls__fabs(b)), 0.001f, 0.999f);\n",
     "    found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);\n",
     "    found.x = springls__with_along(found.x, axis, (float)at[axis] + t);\n",
     "    return found;\n",
@@ -47297,7 +47327,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18975 \"springls.h\"\n",
+    "#line 18982 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47307,6 +47337,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */\n",
     "#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */\n",
     "#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)\n",
+    "#define SPRINGLS__FACE_REACH 0.03f /* voxels beyond a face in which a corner is still its own */\n",
     "\n",
     "/* Crossings of an edge, or arcs of a face: the number of the first, and how many. */\n",
     "typedef struct springls__owned { int first, count; } springls__owned;\n",
@@ -47530,10 +47561,25 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
+    "/* Moves a place that lies a little beyond the border of a face into it: of an edge along the grid the corners do. Returns whether it is in\n",
+    "   the face then. */\n",
+    "SPRINGLS__MATHS bool springls__bring_into_face(const springls__face *face, springls__v3 *x)\n",
+    "{\n",
+    "    const float e = 2.0f * SPRINGLS__FACE_MARGIN;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 2; k++) {\n",
+    "        const int axis = k ? face->c : face->b;\n",
+    "        const float o = (float)face->o[axis], at = springls__along(*x, axis), in = springls__clamp(at, o + e, o + 1.0f - e);\n",
+    "        if (springls__fabs(in - at) > SPRINGLS__FACE_REACH) return false;\n",
+    "        *x = springls__with_along(*x, axis, in);\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Finds the corner where the tangents at both ends meet; false: not between them in the face. */\n",
     "SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)\n",
     "{\n",
-    "    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)\n",
+    "    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__bring_into_face(face, x)\n",
     "        && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;\n",
     "}\n",
     "\n",
@@ -47907,7 +47953,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19586 \"springls.h\"\n",
+    "#line 19609 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48504,7 +48550,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48508 \"springls.h\"\n",
+    "#line 48554 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

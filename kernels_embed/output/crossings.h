@@ -684,12 +684,12 @@ SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path
     return springls__side_path_over_hit(path, event.t, event.cost, (event.side < 0) == forward, &came);
 }
 
-/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits. */
+/* Weighs phi at a node as evidence of its side: below 0 inside; less beside hits, where nodes on the surface are inside. */
 SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 {
     const float deep = springls__min(springls__fabs(phi), 1.0f);
-    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;
-    return phi < 0.0f ? -weight : weight;
+    if (!beside_hits) return phi < 0.0f ? -0.3f - 2.0f * deep : 0.3f + 2.0f * deep;
+    return phi < 0.0f ? -SPRINGLS__PHI_WEIGHT - deep : phi < SPRINGLS__CROSSING_GAP ? -SPRINGLS__PHI_WEIGHT : SPRINGLS__PHI_WEIGHT;
 }
 
 /* Returns phi at a node of a brick of the table. */
@@ -709,6 +709,12 @@ SPRINGLS__INNER float springls__node_evidence(const springls__grid *g, const spr
     return springls__phi_evidence(springls__node_phi(g, brick, node), springls__bit_of(brick->beside_hits, node));
 }
 
+/* Returns whether a hit comes before the node at x of its line. Of a node on the surface any hit may say either: it is inside. */
+SPRINGLS__INNER bool springls__is_before_node(springls__hit hit, float x)
+{
+    return hit.t < (springls__hit_side(hit) < 0 ? x + SPRINGLS__CROSSING_GAP : x - SPRINGLS__CROSSING_GAP);
+}
+
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
@@ -721,7 +727,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
     int x, n = 0, k = first;
     for (x = from; x <= to + 1; x++) {
         springls__event event;
-        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
+        for (; k < end && (x > to || springls__is_before_node(work->hit[k], (float)x)); k++) {
             event.t = work->hit[k].t;
             event.side = springls__hit_side(work->hit[k]);
             event.cost = work->hit[k].weight;
@@ -935,7 +941,8 @@ SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side,
     return best >= 0;
 }
 
-/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */
+/* Returns the crossing of an edge without hits: phi's zero, or nearer to the end where phi is less sure; at the border of the domain
+   halfway. */
 SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)
 {
     springls__crossing found;
@@ -948,7 +955,7 @@ SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid
     a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
     b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
     if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);
-    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);
+    else if (a != 0.0f || b != 0.0f) t = springls__clamp(springls__fabs(a) / (springls__fabs(a) + springls__fabs(b)), 0.001f, 0.999f);
     found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
     found.x = springls__with_along(found.x, axis, (float)at[axis] + t);
     return found;

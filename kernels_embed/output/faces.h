@@ -11,6 +11,7 @@
 #define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
 #define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
 #define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
+#define SPRINGLS__FACE_REACH 0.03f /* voxels beyond a face in which a corner is still its own */
 
 /* Crossings of an edge, or arcs of a face: the number of the first, and how many. */
 typedef struct springls__owned { int first, count; } springls__owned;
@@ -234,10 +235,25 @@ SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls_
     return true;
 }
 
+/* Moves a place that lies a little beyond the border of a face into it: of an edge along the grid the corners do. Returns whether it is in
+   the face then. */
+SPRINGLS__MATHS bool springls__bring_into_face(const springls__face *face, springls__v3 *x)
+{
+    const float e = 2.0f * SPRINGLS__FACE_MARGIN;
+    int k;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->c : face->b;
+        const float o = (float)face->o[axis], at = springls__along(*x, axis), in = springls__clamp(at, o + e, o + 1.0f - e);
+        if (springls__fabs(in - at) > SPRINGLS__FACE_REACH) return false;
+        *x = springls__with_along(*x, axis, in);
+    }
+    return true;
+}
+
 /* Finds the corner where the tangents at both ends meet; false: not between them in the face. */
 SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)
 {
-    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)
+    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__bring_into_face(face, x)
         && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;
 }
 

@@ -200,7 +200,7 @@ TEST a_ball_is_round(void)
 static const d3 turn_center = { 31.37, 31.52, 31.21 };
 
 /* Sets a box with these halves, turned about an axis along no other by so many degrees. */
-static springls_status set_turned_box(springls_context *ctx, double hx, double hy, double hz, double degrees)
+static springls_status set_box(springls_context *ctx, d3 center, double hx, double hy, double hz, double degrees)
 {
     static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6,
                                        1, 3, 5, 3, 7, 5 };
@@ -208,12 +208,17 @@ static springls_status set_turned_box(springls_context *ctx, double hx, double h
     int i;
     for (i = 0; i < 8; i++) {
         d3 p = d3_make(i & 1 ? hx : -hx, i & 2 ? hy : -hy, i & 4 ? hz : -hz);
-        p = d3_add(turn_center, d3_rotate(p, d3_scale(d3_make(0.48, 0.6, 0.64), degrees * fixture_pi / 180.0)));
+        p = d3_add(center, d3_rotate(p, d3_scale(d3_make(0.48, 0.6, 0.64), degrees * fixture_pi / 180.0)));
         x[3 * i] = (float)p.x;
         x[3 * i + 1] = (float)p.y;
         x[3 * i + 2] = (float)p.z;
     }
     return springls_set_mesh(ctx, x, 8, 0, triangles, 12, NULL);
+}
+
+static springls_status set_turned_box(springls_context *ctx, double hx, double hy, double hz, double degrees)
+{
+    return set_box(ctx, turn_center, hx, hy, hz, degrees);
 }
 
 /* The area of a box falls short where edges are lost. */
@@ -227,6 +232,31 @@ TEST a_turned_box_has_sharp_edges(void)
     ASSERT_EQ(2, f.report.euler);
     ASSERT_IN_RANGE(2520.0, f.report.volume, 0.0005 * 2520.0);
     ASSERT_IN_RANGE(1144.0, f.report.area, 0.001 * 1144.0);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Whose faces, edges and corners lie on nodes of the grid, or by this much beside them: all of these nodes have the same side. */
+TEST a_box_on_nodes_has_sharp_edges(double beside, int from_mesh)
+{
+    const float center = (float)(20.0 + beside);
+    springls_box box = { { center, center, center }, { 6.0f, 5.0f, 4.0f } };
+    springls_params params = followed();
+    springls_context *ctx = fixture_context(40, &params);
+    found f;
+    int i, k;
+    if (from_mesh) ASSERT_OK(set_box(ctx, d3_scale(d3_make(1.0, 1.0, 1.0), (double)center), 6.0, 5.0, 4.0, 0.0));
+    else ASSERT_OK(springls_set_implicit(ctx, springls_implicit_box, &box));
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(960.0, f.report.volume, 0.004 * 960.0);
+    ASSERT_IN_RANGE(592.0, f.report.area, 0.01 * 592.0);
+    for (i = 0; i < f.mesh.vertex_count; i++) {
+        float outside = -1e9f;
+        for (k = 0; k < 3; k++) outside = fmaxf(outside, fabsf(f.mesh.positions[3 * i + k] - center) - box.half[k]);
+        ASSERT_IN_RANGE(0.0, outside, 0.05);
+    }
     springls_mesh_free(ctx, &f.mesh);
     springls_destroy(ctx);
     PASS();
@@ -719,9 +749,11 @@ TEST memory_may_run_out_in_a_step(int lock)
 SUITE(contouring)
 {
     static const double thickness[5] = { 2.0, 1.0, 0.5, 0.25, 0.1 };
+    static const double besides[7] = { 0.0, 1e-5, -1e-5, 1e-3, -1e-3, 3e-3, -0.02 };
     int i;
     RUN_TEST(a_ball_is_round);
     RUN_TEST(a_turned_box_has_sharp_edges);
+    for (i = 0; i < 14; i++) RUN_TESTp(a_box_on_nodes_has_sharp_edges, besides[i / 2], i % 2);
     for (i = 0; i < 5; i++) RUN_TESTp(a_plate_stays_whole, thickness[i]);
     RUN_TEST(a_sheet_is_whole);
     RUN_TEST(the_border_is_closed);
