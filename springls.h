@@ -17102,6 +17102,13 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
         memset(g->calm + g->active[i] * SPRINGLS__OCTANTS, springls__calm_limit(&ctx->model), SPRINGLS__OCTANTS);
 }
 
+/* Finds the bricks that are awake, and those beside them; not yet the springls. */
+SPRINGLS__FN void springls__find_awake_bricks(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_awake, ctx->model.grid.active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, ctx->model.grid.active_count, NULL);
+}
+
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
 {
@@ -17111,8 +17118,7 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
         springls__wake_all(ctx);
         return SPRINGLS_OK;
     }
-    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    springls__find_awake_bricks(ctx);
     springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;
@@ -25733,8 +25739,16 @@ SPRINGLS__FN bool springls__next_initial_cube(const springls__initial_cubes *cub
 
 SPRINGLS__FN springls__mc_cell springls__initial_cell(const springls__grid *g, const int at[3], int stride)
 {
+    const int last = springls__imax(springls__imax(at[0] & 7, at[1] & 7), at[2] & 7) + stride; /* the furthest corner in the brick */
     springls__mc_cell cell;
     int c;
+    if (last < SPRINGLS__BRICK && springls__table_contains(g, at[0], at[1], at[2])
+        && springls__table_contains(g, at[0] + stride, at[1] + stride, at[2] + stride)) { /* in one brick, as most cubes are */
+        const float *phi = g->phi + (size_t)springls__slot_at(g, at[0], at[1], at[2]) * SPRINGLS__BRICK_VOXELS
+                         + (size_t)springls__voxel_in_brick(at[0], at[1], at[2]);
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[stride * ((c & 1) + 8 * (c >> 1 & 1) + 64 * (c >> 2))];
+        return cell;
+    }
     for (c = 0; c < 8; c++)
         cell.phi[c] = springls__grid_phi(g, g->phi, at[0] + stride * (c & 1), at[1] + stride * ((c >> 1) & 1),
                                          at[2] + stride * (c >> 2));
@@ -46218,7 +46232,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17872 \"springls.h\"\n",
+    "#line 17878 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47327,7 +47341,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18982 \"springls.h\"\n",
+    "#line 18988 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47953,7 +47967,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19609 \"springls.h\"\n",
+    "#line 19615 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48550,7 +48564,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48554 \"springls.h\"\n",
+    "#line 48568 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -49864,7 +49878,7 @@ SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int fi
     springls__put_calm_back(ctx, &aside->calm);
     SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
     springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
-    SPRINGLS__TRY(springls__find_awake(ctx));
+    springls__find_awake_bricks(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
     springls__find_sleepers(ctx);
@@ -50098,8 +50112,8 @@ SPRINGLS__FN float springls__sample_other(const springls__side_rule *rule, sprin
 
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    float phi = springls__sample_other(rule, s->p);
-    int facing = springls__facing_surface(rule, s, phi);
+    const float phi = springls__sample_other(rule, s->p);
+    const int facing = springls__facing_surface(rule, s, phi);
     if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
     if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
@@ -50109,8 +50123,10 @@ SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const sprin
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
-    float phi_p = rule->sign * springls__sample_other(rule, s.p);
+    float phi_p;
     int m;
+    if (!springls__reaches_box(&s, &rule->box)) return s; /* as most, where the other is a tool */
+    phi_p = rule->sign * springls__sample_other(rule, s.p);
     if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
         float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
@@ -50609,6 +50625,7 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     const springls__combination *c = ctx->step.combination;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
     memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
+    ctx->model.grid.some_asleep = 0; /* until phi has changed, who sleeps is not asked for */
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));

@@ -565,8 +565,16 @@ SPRINGLS__FN bool springls__next_initial_cube(const springls__initial_cubes *cub
 
 SPRINGLS__FN springls__mc_cell springls__initial_cell(const springls__grid *g, const int at[3], int stride)
 {
+    const int last = springls__imax(springls__imax(at[0] & 7, at[1] & 7), at[2] & 7) + stride; /* the furthest corner in the brick */
     springls__mc_cell cell;
     int c;
+    if (last < SPRINGLS__BRICK && springls__table_contains(g, at[0], at[1], at[2])
+        && springls__table_contains(g, at[0] + stride, at[1] + stride, at[2] + stride)) { /* in one brick, as most cubes are */
+        const float *phi = g->phi + (size_t)springls__slot_at(g, at[0], at[1], at[2]) * SPRINGLS__BRICK_VOXELS
+                         + (size_t)springls__voxel_in_brick(at[0], at[1], at[2]);
+        for (c = 0; c < 8; c++) cell.phi[c] = phi[stride * ((c & 1) + 8 * (c >> 1 & 1) + 64 * (c >> 2))];
+        return cell;
+    }
     for (c = 0; c < 8; c++)
         cell.phi[c] = springls__grid_phi(g, g->phi, at[0] + stride * (c & 1), at[1] + stride * ((c >> 1) & 1),
                                          at[2] + stride * (c >> 2));

@@ -148,8 +148,8 @@ SPRINGLS__FN float springls__sample_other(const springls__side_rule *rule, sprin
 
 SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
-    float phi = springls__sample_other(rule, s->p);
-    int facing = springls__facing_surface(rule, s, phi);
+    const float phi = springls__sample_other(rule, s->p);
+    const int facing = springls__facing_surface(rule, s, phi);
     if (facing == SPRINGLS__FACING_SAME) return rule->keep_same;
     if (facing == SPRINGLS__FACING_OPPOSITE) return rule->keep_opposite;
     return rule->sign * phi > 0.0f;
@@ -159,8 +159,10 @@ SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const sprin
 SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
-    float phi_p = rule->sign * springls__sample_other(rule, s.p);
+    float phi_p;
     int m;
+    if (!springls__reaches_box(&s, &rule->box)) return s; /* as most, where the other is a tool */
+    phi_p = rule->sign * springls__sample_other(rule, s.p);
     if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
         float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
@@ -659,6 +661,7 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     const springls__combination *c = ctx->step.combination;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
     memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
+    ctx->model.grid.some_asleep = 0; /* until phi has changed, who sleeps is not asked for */
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));

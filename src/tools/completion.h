@@ -113,7 +113,7 @@ SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int fi
     springls__put_calm_back(ctx, &aside->calm);
     SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
     springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
-    SPRINGLS__TRY(springls__find_awake(ctx));
+    springls__find_awake_bricks(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
     springls__find_sleepers(ctx);
