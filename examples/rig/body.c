@@ -4,6 +4,7 @@
 #include "base/vec3.h"
 #include "character/sheets.h"
 #include "pictures/raycast.h"
+#include "surface/mesh_check.h"
 
 #include <errno.h>
 #include <stdint.h>
@@ -15,6 +16,9 @@ static const double OPEN_SHARE = 0.05; /* of edges: a mesh with more boundary ed
 static const float UNLIKE = 0.65f;     /* cost of roles from which the limbs may not be what they are taken for */
 static const double BRIDGE = 0.1;      /* of the longest side: the longest bridge between parts */
 static const float FUSED = 0.3f;       /* of the template's length over the height: a shorter limb is fused with the body */
+static const float SHORT = 0.75f;      /* of the same: a shorter limb may be, if it grows by... */
+static const float PARTED = 1.15f;     /* ...this factor in a thinner body */
+static const float WORSE = 0.15f;      /* by less than this may the cost of roles grow there */
 static const float SAME = 0.1f;        /* of the height: two ends as near as this are one */
 static const float OPENINGS[] = {0.5f, 1.0f}; /* voxels by which a body is thinner where limbs that touch it are searched */
 
@@ -61,8 +65,16 @@ static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *b
     params.split_input = 0;
     desc.params = &params;
     if (run_create("rig", &desc, &body->ctx) != CLI_CONTINUE) { return false; }
-    const springls_status status =
-        springls_set_mesh(body->ctx, c->positions, c->vertex_count, 0, c->triangles, c->triangle_count, &report);
+    int *triangles = malloc(3 * ((size_t)c->triangle_count + 1) * sizeof *triangles), count = c->triangle_count;
+    if (!triangles) { return rig_fail("not enough memory"); }
+    memcpy(triangles, c->triangles, 3 * (size_t)count * sizeof *triangles);
+    const int skins = mesh_drop_inner_skins(c->positions, c->vertex_count, triangles, &count);
+    if (skins > 0 && !rig->settings.common.quiet) {
+        fprintf(stderr, "rig: %s: an inner skin: the body is taken as full\n", path);
+    }
+    const springls_status status = springls_set_mesh(body->ctx, c->positions, c->vertex_count, 0, triangles, count, &report);
+    free(triangles);
+    if (skins < 0) { return rig_fail("not enough memory"); }
     if (status == SPRINGLS_BAD_MESH) {
         return rig_fail("%s: the mesh encloses nothing; a body is closed, and only its sheets, such as capes, may be open (--thicken)",
                         path);
@@ -103,48 +115,97 @@ static float limb_length(const struct skeleton_template *s, int pair, int side, 
     return length;
 }
 
-/* Finds whether the limbs of a pair are so short that what was found is only the part of them that stands out. */
-static bool is_fused(const struct skeleton_template *s, int pair, const struct skeleton_embedding *e)
+/* Returns the length of the shorter limb of a pair over the height, as a share of the template's. */
+static float share_of_length(const struct skeleton_template *s, int pair, const struct skeleton_embedding *e)
 {
-    float rest[TEMPLATE_JOINTS][3];
-    bool fused = false;
+    float rest[TEMPLATE_JOINTS][3], share = INFINITY;
     for (int j = 0; j < s->count; ++j) { memcpy(rest[j], s->joints[j].position, sizeof rest[j]); }
     for (int side = 0; side < 2; ++side) {
         const float own = limb_length(s, pair, side, (const float (*)[3])e->place) / e->height;
-        fused = fused || own < FUSED * limb_length(s, pair, side, (const float (*)[3])rest) / s->height;
+        share = fminf(share, own / (limb_length(s, pair, side, (const float (*)[3])rest) / s->height));
     }
-    return fused;
+    return share;
+}
+
+/* Finds whether the limbs of a pair are so short that what was found is only the part of them that stands out. */
+static bool is_fused(const struct skeleton_template *s, int pair, const struct skeleton_embedding *e)
+{
+    return share_of_length(s, pair, e) < FUSED;
+}
+
+static bool has_limbs_below(const struct skeleton_template *s, const struct skeleton_embedding *e, float share)
+{
+    bool below = false;
+    for (int pair = 0; pair < s->limbs; ++pair) { below = below || share_of_length(s, pair, e) < share; }
+    return below;
 }
 
 static bool has_fused_limbs(const struct skeleton_template *s, const struct skeleton_embedding *e)
 {
-    bool fused = false;
-    for (int pair = 0; pair < s->limbs; ++pair) { fused = fused || is_fused(s, pair, e); }
-    return fused;
+    return has_limbs_below(s, e, FUSED);
 }
 
-/* Takes all that was not fused from the embedding in the whole body, which is more exact, if both have the same head and sides. */
-static void take_limbs(const struct skeleton_template *s, const struct skeleton_embedding *whole, struct skeleton_embedding *found)
+/* Finds whether the limbs of a pair become much longer in a thinner body, as those do that touch each other or the trunk. */
+static bool comes_apart(const struct skeleton_template *s, int pair, const struct skeleton_embedding *whole,
+                        const struct skeleton_embedding *thin)
+{
+    const float share = share_of_length(s, pair, whole);
+    return share < SHORT && share_of_length(s, pair, thin) > PARTED * share;
+}
+
+/* Returns the pair of limbs that a joint belongs to, -1: the trunk. */
+static int pair_of(const struct skeleton_template *s, int joint)
+{
+    for (int pair = 0; pair < s->limbs; ++pair) {
+        for (int side = 0; side < 2; ++side) {
+            const int root = s->limb_root[pair][side];
+            if (joint == root || skeleton_template_below(s, joint, root)) { return pair; }
+        }
+    }
+    return -1;
+}
+
+/* Takes all that was not parted from the embedding in the whole body, which is more exact, if both have the same head and sides. Where
+ * legs have parted the trunk ends elsewhere too. */
+static void take_limbs(const struct skeleton_template *s, const struct skeleton_embedding *whole, const bool parted[2],
+                       struct skeleton_embedding *found)
 {
     const int head = s->trunk_end[0];
+    const bool legs = (parted[0] && s->ground[0]) || (parted[1] && s->ground[1]);
     float way[3];
     vec3_sub(whole->place[head], found->place[head], way);
     const bool same = vec3_length(way) < SAME * whole->height && vec3_dot(whole->left, found->left) > 0.7f;
     for (int j = 0; same && j < s->count; ++j) {
-        bool parted = false;
-        for (int pair = 0; pair < s->limbs; ++pair) {
-            for (int side = 0; side < 2; ++side) {
-                const int root = s->limb_root[pair][side];
-                parted = parted || (is_fused(s, pair, whole) && (j == root || skeleton_template_below(s, j, root)));
-            }
-        }
-        if (!parted) { memcpy(found->place[j], whole->place[j], sizeof found->place[j]); }
+        const int pair = pair_of(s, j);
+        if (pair < 0 ? !legs : !parted[pair]) { memcpy(found->place[j], whole->place[j], sizeof found->place[j]); }
     }
     found->height = whole->height;
 }
 
-/* Where limbs are fused, such as arms at the hips, embeds the template in a thinner body, in which they are not: what touches is
- * less deep than what it belongs to. That of the least cost of roles is taken. Returns false if memory is short. */
+/* Finds which pairs of limbs a thinner body has parted from what they are fused with in the whole one; false: it is of no use. */
+static bool has_parted(const struct skeleton_template *s, const struct skeleton_embedding *whole, const struct skeleton_embedding *best,
+                       const struct skeleton_embedding *found, bool parted[2])
+{
+    bool any = false, fused = has_fused_limbs(s, whole);
+    for (int pair = 0; pair < 2; ++pair) {
+        parted[pair] = pair < s->limbs && (is_fused(s, pair, whole) || comes_apart(s, pair, whole, found));
+        any = any || (parted[pair] && comes_apart(s, pair, best, found));
+    }
+    if (has_fused_limbs(s, found)) { return false; }
+    return fused ? found->roles.cost < best->roles.cost || has_fused_limbs(s, best) : any && found->roles.cost < whole->roles.cost + WORSE;
+}
+
+/* Limbs that a thinner body has made longer touch over an unknown part of their length: they are a guess. */
+static void doubt(const struct skeleton_template *s, const bool parted[2], const struct skeleton_embedding *whole,
+                  struct skeleton_embedding *found)
+{
+    for (int pair = 0; pair < s->limbs; ++pair) {
+        if (parted[pair] && !is_fused(s, pair, whole)) { found->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f; }
+    }
+}
+
+/* Where limbs are short, as they seem where arms touch the hips or knees touch each other, embeds the template in a thinner body, in
+ * which they are not: what touches is less deep than what it belongs to. Returns false if memory is short. */
 static bool part_limbs(const struct rig *rig, const float *phi, float band, const float *up, const float *facing,
                        struct rig_body *body)
 {
@@ -152,7 +213,7 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
     const struct skeleton_template *s = &rig->skeleton;
     const struct skeleton_embedding whole = body->embedding;
     bool good = true;
-    if (!has_fused_limbs(s, &whole)) { return true; }
+    if (!has_limbs_below(s, &whole, SHORT)) { return true; }
     float *thin = malloc(count * sizeof *thin);
     good = thin != NULL;
     for (size_t k = 0; good && k < sizeof OPENINGS / sizeof *OPENINGS; ++k) {
@@ -160,7 +221,7 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
         struct solid solid;
         struct skeleton_embedding found;
         char error[CHARACTER_TEXT];
-        bool inside = false;
+        bool inside = false, parted[2];
         for (size_t n = 0; n < count; ++n) {
             thin[n] = phi[n] + OPENINGS[k];
             inside = inside || thin[n] < 0.0f;
@@ -169,9 +230,9 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
         good = solid_repair(&body->grid, thin, (int)(BRIDGE * rig->settings.common.grid), false, &repair)
             && solid_create(&body->grid, thin, band, &solid);
         if (!good) { break; }
-        if (skeleton_embed(s, &solid, up, facing, &found, error) && !has_fused_limbs(s, &found)
-            && (found.roles.cost < body->embedding.roles.cost || has_fused_limbs(s, &body->embedding))) {
-            take_limbs(s, &whole, &found);
+        if (skeleton_embed(s, &solid, up, facing, &found, error) && has_parted(s, &whole, &body->embedding, &found, parted)) {
+            take_limbs(s, &whole, parted, &found);
+            doubt(s, parted, &whole, &found);
             body->embedding = found;
         }
         solid_free(&solid);
@@ -180,15 +241,15 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
     return good;
 }
 
-/* Names limbs that are still fused; whether they are what they seem is a guess. */
+/* Names limbs that are still fused, or touch each other; where they begin is a guess. */
 static void note_fused(const struct rig *rig, const char *path, struct skeleton_embedding *e)
 {
     const struct skeleton_template *s = &rig->skeleton;
     for (int pair = 0; pair < s->limbs; ++pair) {
-        if (!is_fused(s, pair, e)) { continue; }
-        e->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f;
-        if (rig->settings.common.quiet) { continue; }
-        fprintf(stderr, "rig: %s: %s and its partner are short: they may be fused with the body; look at rigged.png; --pin JOINT=X,Y,Z "
+        float *confidence = &e->roles.confidence[SKELETON_FIRST_PAIR + pair];
+        if (is_fused(s, pair, e)) { *confidence = 0.0f; }
+        if (*confidence > 0.0f || rig->settings.common.quiet) { continue; }
+        fprintf(stderr, "rig: %s: %s and its partner are short, or touch: they may be fused; look at rigged.png; --pin JOINT=X,Y,Z "
                 "moves joints, a finer --grid may part them\n", path, s->joints[s->limb_root[pair][0]].name);
     }
 }
@@ -329,6 +390,7 @@ bool rig_skin(struct rig *rig)
     return (rig->influences || rig_fail("not enough memory"))
         && (skin_weights_heat(&surface, bones, joints, count, rig->influences, &rig->heat)
             || rig_fail("%s: no bone is seen from the body's surface", rig->settings.mesh))
+        && rig_part_sides(rig)
         && (skin_weights_transfer(&surface, rig->influences, &body->character) || rig_fail("not enough memory"));
 }
 

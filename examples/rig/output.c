@@ -190,6 +190,8 @@ bool rig_report(const struct rig *rig, const char *path)
     }
     json_integer(&json, "surface_vertices", rig->surface.vertex_count);
     json_integer(&json, "vertices_that_see_their_bone", rig->heat.visible);
+    json_integer(&json, "vertices_on_both_sides_by_heat", rig->on_both_sides[0]);
+    json_integer(&json, "vertices_on_both_sides", rig->on_both_sides[1]);
     json_number(&json, "weight_sum_error_max", rig->heat.sum_error);
     json_number(&json, "seconds", rig->seconds);
     json_object_end(&json);

@@ -1,7 +1,7 @@
 /* rig.h - gives a body without a skeleton a template's (paper, section 5.8: the part of Pinocchio).
  *
  *   read    reads the body and samples its phi; embeds the template in it (body.c)
- *   skin    closed surface, bone weights by heat (body.c)
+ *   skin    closed surface, bone weights by heat (body.c), which keep to their side (sides.c)
  *   motion  an animation of another character (motion.c)
  *   output  glTF, pictures, report (output.c) */
 #ifndef EXAMPLES_RIG_RIG_H
@@ -43,6 +43,7 @@ struct rig {
     springls_mesh surface;         /* closed, of the body */
     struct influences *influences; /* one a vertex of it */
     struct heat_report heat;
+    int on_both_sides[2];          /* vertices with weights of both sides away from the plane of symmetry: by heat, and now */
     int joint_of[TEMPLATE_JOINTS]; /* of the body, for each joint of the template */
     struct character other;        /* of --animation */
     int motion;                    /* which of its animations */
@@ -66,6 +67,7 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
 void rig_body_free(struct rig_body *body);
 bool rig_pin(struct rig *rig); /* moves the joints of --pin */
 bool rig_skin(struct rig *rig);
+bool rig_part_sides(struct rig *rig); /* makes weights keep to their side (sides.c) */
 bool rig_motion_read(struct rig *rig); /* reads the character of --animation and finds its --motion */
 bool rig_move(struct rig *rig);        /* by that motion */
 bool rig_write(struct rig *rig);

@@ -27,6 +27,7 @@ int main(int argc, char **argv)
 #include "../../examples/rig/output.c"
 #undef MARGIN
 #include "../../examples/rig/body.c"
+#include "../../examples/rig/sides.c"
 
 #include <unistd.h>
 
@@ -183,6 +184,23 @@ static const struct truth i_joints[] = {{"hips", {0, 0.94f, 0}},
                                         {"foot.L", {0.12f, 0.09f, 0}},
                                         {NULL, {0, 0, 0}}};
 
+/* Thighs that are one from above the knees downwards. */
+static const struct capsule knees_touch[] = {{{0, 0.95f, 0}, {0, 1.36f, 0}, 0.14f},
+                                             {{0, 1.45f, 0}, {0, 1.56f, 0}, 0.055f},
+                                             {{0, 1.66f, 0}, {0, 1.70f, 0.01f}, 0.11f},
+                                             {{0.06f, 1.42f, 0}, {0.46f, 1.42f, 0}, 0.055f},
+                                             {{0.46f, 1.42f, 0}, {0.84f, 1.42f, 0}, 0.042f},
+                                             {{0.10f, 0.92f, 0}, {0.05f, 0.50f, 0}, 0.082f},
+                                             {{0.05f, 0.50f, 0}, {0.09f, 0.09f, 0}, 0.055f},
+                                             {{0.09f, 0.05f, -0.02f}, {0.09f, 0.05f, 0.16f}, 0.05f}};
+static const struct truth knees_joints[] = {{"head", {0, 1.55f, 0}},
+                                            {"upper_arm.L", {0.17f, 1.42f, 0}},
+                                            {"lower_arm.L", {0.46f, 1.42f, 0}},
+                                            {"hand.L", {0.71f, 1.42f, 0}},
+                                            {"shin.L", {0.05f, 0.50f, 0}},
+                                            {"foot.L", {0.09f, 0.09f, 0}},
+                                            {NULL, {0, 0, 0}}};
+
 static const struct capsule four_legs[] = {{{0, 0.80f, -0.45f}, {0, 0.80f, 0.40f}, 0.17f},
                                            {{0, 0.88f, 0.45f}, {0, 1.12f, 0.72f}, 0.08f},
                                            {{0, 1.15f, 0.74f}, {0, 1.08f, 0.98f}, 0.09f},
@@ -245,6 +263,7 @@ static greatest_test_res check_body(const struct capsule *capsules, int count, c
     ASSERT_EQm(turn->name, 0, run_program(line));
     cJSON *json = read_report(scratch("body.json"));
     ASSERT(json != NULL);
+    ASSERT_EQ(0, (int)number_of(json, "vertices_on_both_sides"));
     for (; joints->name; ++joints) {
         float truth[3], mirrored[3] = {-joints->place[0], joints->place[1], joints->place[2]};
         const double scale = over_length ? 2.05 * (double)turn->scale : number_of(json, "height");
@@ -280,6 +299,53 @@ TEST a_body_in_a_pose_any_way_round(void)
 TEST arms_that_touch_the_hips_are_found(void)
 {
     return check_body(i_pose, COUNT(i_pose), i_joints, "biped", &turns[0], false);
+}
+
+/* Where knees touch, legs are searched in a thinner body, and said to be a guess. */
+TEST knees_that_touch_are_parted_and_doubted(void)
+{
+    CHECK_CALL(check_body(knees_touch, COUNT(knees_touch), knees_joints, "biped", &turns[0], false));
+    cJSON *json = read_report(scratch("body.json"));
+    const cJSON *confidence = cJSON_GetObjectItem(json, "confidence");
+    ASSERT_EQ(0.0, number_of(confidence, "thigh"));
+    ASSERT_GT(number_of(confidence, "upper_arm"), 0.5);
+    cJSON_Delete(json);
+    PASS();
+}
+
+/* Runs the program on a file of the collection; NULL: there is none. */
+static cJSON *report_of(const char *file, const char *skeleton)
+{
+    const char *data = getenv("SPRINGLS_DATA");
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s", data ? data : "", file);
+    const char *const line[] = {path, "--template", skeleton, "--grid", "88", "--quiet", "--json", scratch("file.json"), NULL};
+    return data && run_program(line) == 0 ? read_report(scratch("file.json")) : NULL;
+}
+
+/* A cow whose thighs are near each other: heat goes from one side to the other, weights do not stay there. */
+TEST weights_keep_to_their_side(void)
+{
+    if (!getenv("SPRINGLS_DATA")) SKIPm("SPRINGLS_DATA is not set");
+    cJSON *json = report_of("meshes/spot.obj", "quadruped");
+    ASSERT(json != NULL);
+    ASSERT_GT((int)number_of(json, "vertices_on_both_sides_by_heat"), 0);
+    ASSERT_EQ(0, (int)number_of(json, "vertices_on_both_sides"));
+    cJSON_Delete(json);
+    PASS();
+}
+
+/* A body that is a wall, thinner than a voxel, is taken as full: it is symmetric, and sure of its limbs. */
+TEST a_double_shell_is_taken_as_full(void)
+{
+    if (!getenv("SPRINGLS_DATA")) SKIPm("SPRINGLS_DATA is not set");
+    cJSON *json = report_of("reports/rig-ai-shell/shell_closed.ply", "biped");
+    ASSERT(json != NULL);
+    ASSERT_EQ(1, (int)number_of(json, "parts"));
+    ASSERT_LT(number_of(json, "role_cost"), 0.2);
+    ASSERT_GT(number_of(cJSON_GetObjectItem(json, "confidence"), "upper_arm"), 0.5);
+    cJSON_Delete(json);
+    PASS();
 }
 
 TEST a_quadruped_any_way_round(void)
@@ -777,6 +843,9 @@ int main(int argc, char **argv)
     RUN_TEST(a_body_in_t_pose_any_way_round);
     RUN_TEST(a_body_in_a_pose_any_way_round);
     RUN_TEST(arms_that_touch_the_hips_are_found);
+    RUN_TEST(knees_that_touch_are_parted_and_doubted);
+    RUN_TEST(weights_keep_to_their_side);
+    RUN_TEST(a_double_shell_is_taken_as_full);
     RUN_TEST(a_quadruped_any_way_round);
     RUN_TEST(facing_decides_left_and_right);
     RUN_TEST(the_knight);

@@ -429,6 +429,50 @@ int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, i
     return dropped;
 }
 
+/* Finds the boxes of components, 6 numbers a root: lower corner, upper corner. */
+static float *component_boxes(const float *positions, int vertex_count, const int *triangles, int triangle_count, int *parent)
+{
+    float *box = malloc(6 * ((size_t)vertex_count + 1) * sizeof *box);
+    for (int i = 0; box && i < 6 * vertex_count; ++i) { box[i] = i % 6 < 3 ? INFINITY : -INFINITY; }
+    for (int i = 0; box && i < 9 * triangle_count; ++i) {
+        const int v = triangles[i / 3], k = i % 3;
+        float *of = box + 6 * root_of(parent, v);
+        of[k] = fminf(of[k], positions[3 * v + k]);
+        of[3 + k] = fmaxf(of[3 + k], positions[3 * v + k]);
+    }
+    return box;
+}
+
+static bool lies_within(const float inner[6], const float outer[6])
+{
+    bool within = true;
+    for (int k = 0; k < 3; ++k) { within = within && inner[k] >= outer[k] && inner[3 + k] <= outer[3 + k]; }
+    return within;
+}
+
+int mesh_drop_inner_skins(const float *positions, int vertex_count, int *triangles, int *triangle_count)
+{
+    int *parent = connect(vertex_count, triangles, *triangle_count), left = 0, dropped = 0, outer = 0;
+    double *volume = component_volumes(positions, vertex_count, triangles, *triangle_count, parent);
+    float *box = volume ? component_boxes(positions, vertex_count, triangles, *triangle_count, parent) : NULL;
+    bool *inner = calloc((size_t)vertex_count + 1, sizeof *inner); /* of roots */
+    const bool good = box && inner;
+    for (int v = 0; good && v < vertex_count; ++v) { outer = volume[v] > volume[outer] ? v : outer; }
+    for (int v = 0; good && v < vertex_count; ++v) {
+        inner[v] = -volume[v] > 0.5 * volume[outer] && -volume[v] < volume[outer] && lies_within(box + 6 * v, box + 6 * outer);
+        dropped += inner[v];
+    }
+    for (int t = 0; good && t < *triangle_count; ++t) {
+        if (!inner[root_of(parent, triangles[3 * t])]) { memmove(triangles + 3 * left++, triangles + 3 * t, 3 * sizeof *triangles); }
+    }
+    if (good) { *triangle_count = left; }
+    free(parent);
+    free(volume);
+    free(box);
+    free(inner);
+    return good ? dropped : -1;
+}
+
 double mesh_sharp_angles(const float *positions, const int *triangles, int triangle_count, double degrees)
 {
     const double limit = cos(degrees * 3.14159265358979 / 180.0);
