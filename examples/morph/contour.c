@@ -1,19 +1,20 @@
-/* contour.c - active contours push the model to the shape of a frame (shape.c), and keep it in one piece.
+/* contour.c - active contours push the model to the shape of a frame (shape.c), and keep it one body without hollows and handles.
  *
  * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, and
  * hardly a springl faces the way that a limb grows: its sides are where they should be. So where the model lags behind, and on the
  * way there, the pressure is the full pace, and a velocity leads springls along that way. What is thinner than a voxel tears, and
  * where bodies part drops stay.
- * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
- * level set is repaired as that of a character is (solid_voxels.h), and where the repair has changed its side the contour moves the
- * model there: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
- * rest.
+ * The shape is one body without hollows and handles, but a contour only moves surfaces: it joins and parts nothing. So where the
+ * model is not, its level set is repaired as that of a character is (solid_voxels.h, solid_handles.h), and where the repair has
+ * changed its side the contour moves the model there: drops and hollows shrink until they vanish, a larger part grows along the
+ * shortest bridge until it meets the rest, and a handle is cut where it is thinnest.
  *
  * A step is the paper's eq. 1 with the pressure rho and, where the model lags, the velocity sigma. */
 #include "morph/morph.h"
 
 #include "base/threads.h"
 #include "base/vec3.h"
+#include "character/solid_handles.h"
 
 #include <limits.h>
 #include <math.h>
@@ -29,7 +30,7 @@
 enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
 enum { FEW = 341 };                   /* one voxel in this many of the grid's square may lag until the next frame: 27 at grid 96 */
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
-enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
+enum { MEND = 30 };                   /* steps that make it whole, at most: a voxel each */
 
 /* way: a velocity beside the pressure, NULL: none. */
 static bool contour_step(struct morph *morph, const float *way)
@@ -227,17 +228,17 @@ static bool approach_shape(struct morph *morph, float *model, bool last)
 
 /* ---- one piece ---- */
 
-/* Finds whether the model's surface is not that of one body without hollows; sets `model` to its level set. Voxels that touch at
- * edges only may be connected or not: then the components of the mesh decide. */
-static bool is_in_parts(struct morph *morph, float *model, bool *parts)
+/* Finds whether the model's surface is not that of one body without hollows and handles; sets `model` to its level set. Voxels that
+ * touch at edges only may be connected or not: then the components of the mesh decide. */
+static bool is_damaged(struct morph *morph, float *model, bool *damaged)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);
-    springls_measures measures;
+    springls_measures measures = {0};
     bool whole = true;
     const bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
         && (solid_is_whole(&voxels, model, &whole) || morph_no_memory())
         && (whole || morph_check(morph->ctx, springls_measure(morph->ctx, &measures), "components"));
-    *parts = good && !whole && measures.components > 1;
+    *damaged = good && (measures.components > 1 || solid_euler(&voxels, model) < 1);
     return good;
 }
 
@@ -250,7 +251,7 @@ static void press_changes(struct morph *morph, const float *model, const float *
     memset(pressure, 0, count * sizeof *pressure);
     for (size_t n = 0; n < count; ++n) {
         if ((model[n] < 0.0f) == (repaired[n] < 0.0f)) { continue; }
-        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* also at the grid's border, where no voxel is around: a drop there is pushed out */
+        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* also at the grid's border, where none is around: a drop there is pushed out */
         for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
             if (repaired[n] < 0.0f) {
                 pressure[around[k]] = 1.0f;
@@ -261,24 +262,33 @@ static void press_changes(struct morph *morph, const float *model, const float *
     }
 }
 
-/* Joins parts, as far as some steps of an active contour can. */
-static bool make_whole(struct morph *morph, float *model)
+/* Repairs a copy of the model: joins parts, fills hollows and cuts handles. What is outside the shape is given up. */
+static bool repair_copy(const struct morph *morph, const float *model, float *repaired)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);
     const size_t count = morph_voxel_count(morph);
-    float *repaired = NULL;
     struct solid_repair repair;
-    bool parts, good = is_in_parts(morph, model, &parts);
-    if (good && parts) {
-        repaired = malloc(count * sizeof *repaired);
+    struct solid_handles handles;
+    for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
+    return (solid_repair(&voxels, repaired, morph->settings.reach, false, &repair)
+            && solid_cut_handles(&voxels, repaired, morph->limbs, 0, &handles))
+        || morph_no_memory();
+}
+
+/* Makes the model one body without hollows and handles, as far as some steps of an active contour can. */
+static bool make_whole(struct morph *morph, float *model)
+{
+    float *repaired = NULL;
+    bool damaged, good = is_damaged(morph, model, &damaged);
+    if (good && damaged) {
+        repaired = malloc(morph_voxel_count(morph) * sizeof *repaired);
         good = repaired || morph_no_memory();
     }
-    for (int step = 0; good && parts && step < MEND; ++step) {
-        for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
-        good = solid_repair(&voxels, repaired, morph->settings.reach, false, &repair) || morph_no_memory();
+    for (int step = 0; good && damaged && step < MEND; ++step) {
+        good = repair_copy(morph, model, repaired);
         if (good) {
             press_changes(morph, model, repaired);
-            good = contour_step(morph, NULL) && is_in_parts(morph, model, &parts);
+            good = contour_step(morph, NULL) && is_damaged(morph, model, &damaged);
         }
     }
     free(repaired);

@@ -55,6 +55,7 @@ struct morph_solid {
     int thin;            /* voxels by which thin limbs and sheets have become thicker */
     int filled;          /* voxels of closed cavities, which become inside */
     int found, joined;   /* separate bodies, and those that a bridge connects with the largest one */
+    int tunnels, cut;    /* voxels that close small tunnels, and those that are taken out of other handles */
     int dropped_voxels;  /* of bodies left out: less than 1/1000 of the volume each */
 };
 
@@ -126,6 +127,7 @@ struct morph {
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
+    unsigned char *limbs; /* of each voxel: 1 where the middle of a limb is in the present pose */
     float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     int *nearest_before;                  /* target_nearest in the pose before */
@@ -214,6 +216,7 @@ bool morph_weights(const struct morph *morph); /* runs --weights: computes them 
 bool morph_make_rods(struct morph *morph); /* of both bodies, while the contexts have their level sets in the neutral pose */
 /* Unites a level set with the rods in the present pose. part: 0 the source, 1 the target. */
 void morph_add_rods(const struct morph *morph, float part, float *phi);
+void morph_mark_limbs(struct morph *morph, float part); /* sets morph->limbs along them */
 
 /* ---- run.c, shape.c, skinning.c, contour.c ---- */
 

@@ -128,6 +128,8 @@ static void report_body(struct json_writer *json, const char *name, const char *
     json_integer(json, "bodies_bridged", body->solid.joined);
     json_integer(json, "voxels_left_out", body->solid.dropped_voxels);
     json_integer(json, "thin_voxels_added", body->solid.thin);
+    json_integer(json, "tunnel_voxels_closed", body->solid.tunnels);
+    json_integer(json, "handle_voxels_cut", body->solid.cut);
     json_integer(json, "components", body->check.components);
     json_integer(json, "handles", morph_handles(&body->check));
     json_object_end(json);

@@ -142,13 +142,14 @@ static bool allocate_volumes(struct morph *morph)
     const size_t voxels = morph_voxel_count(morph);
     morph->pressure = malloc(voxels * sizeof(float));
     morph->way = malloc(3 * voxels * sizeof(float));
+    morph->limbs = calloc(voxels, 1);
     morph->shape = malloc(voxels * sizeof(float));
     morph->source_phi = malloc(voxels * sizeof(float));
     morph->target_phi = malloc(voxels * sizeof(float));
     morph->source_nearest = malloc(voxels * sizeof(int));
     morph->target_nearest = malloc(voxels * sizeof(int));
     morph->nearest_before = malloc(voxels * sizeof(int));
-    return (morph->pressure && morph->way && morph->shape && morph->source_phi && morph->target_phi && morph->source_nearest
+    return (morph->pressure && morph->way && morph->limbs && morph->shape && morph->source_phi && morph->target_phi && morph->source_nearest
             && morph->target_nearest && morph->nearest_before)
         || morph_no_memory();
 }
@@ -207,6 +208,7 @@ void morph_free(struct morph *morph)
     free(morph->skin_places);
     free(morph->pressure);
     free(morph->way);
+    free(morph->limbs);
     free(morph->shape);
     free(morph->cache);
     free(morph->source_phi);

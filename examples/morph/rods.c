@@ -6,6 +6,7 @@
 #include "morph/morph.h"
 
 #include "base/vec3.h"
+#include "character/solid_handles.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -197,16 +198,33 @@ static float pose_place(const struct morph *morph, const struct rod_place *place
     return fminf(1.0f, FADE * (1.0f - part)) * ((1.0f - share) * place->radius[0] + share * place->radius[1]);
 }
 
+/* Poses the ends of the rod that ends at a place. Returns false where none does, or either end is not in the body. */
+static bool pose_rod(const struct morph *morph, const struct rod_place *to, float part, float ends[2][3], float radii[2])
+{
+    if (to->before < 0) { return false; }
+    struct rod_place from = morph->rods.places[to->before];
+    from.root = to->root; /* a limb that grows begins at a joint that others share */
+    radii[0] = pose_place(morph, &from, part, ends[0]);
+    radii[1] = pose_place(morph, to, part, ends[1]);
+    return from.radius[0] + from.radius[1] > 0.0f && to->radius[0] + to->radius[1] > 0.0f;
+}
+
 void morph_add_rods(const struct morph *morph, float part, float *phi)
 {
-    const struct rods *rods = &morph->rods;
-    for (int n = 0; n < rods->place_count; ++n) {
-        const struct rod_place *to = &rods->places[n];
-        if (to->before < 0) { continue; }
-        struct rod_place from = rods->places[to->before];
-        float ends[2][3];
-        from.root = to->root; /* a limb that grows begins at a joint that others share */
-        const float radii[2] = {pose_place(morph, &from, part, ends[0]), pose_place(morph, to, part, ends[1])};
-        if (radii[0] > 0.0f && radii[1] > 0.0f) { add_rod(morph->grid.size, phi, ends[0], ends[1], radii[0], radii[1]); }
+    for (int n = 0; n < morph->rods.place_count; ++n) {
+        float ends[2][3], radii[2];
+        if (pose_rod(morph, &morph->rods.places[n], part, ends, radii) && radii[0] > 0.0f && radii[1] > 0.0f) {
+            add_rod(morph->grid.size, phi, ends[0], ends[1], radii[0], radii[1]);
+        }
+    }
+}
+
+void morph_mark_limbs(struct morph *morph, float part)
+{
+    const struct solid_grid grid = morph_voxels(&morph->grid);
+    memset(morph->limbs, 0, morph_voxel_count(morph));
+    for (int n = 0; n < morph->rods.place_count; ++n) {
+        float ends[2][3], radii[2];
+        if (pose_rod(morph, &morph->rods.places[n], part, ends, radii)) { solid_mark_way(&grid, ends[0], ends[1], morph->limbs); }
     }
 }

@@ -1,12 +1,13 @@
 /* shape.c - the shape of a frame: a body between source and target, both in the frame's pose.
  *
  * The two signed distances are blended, limbs that only one body has are united with that, it is moved so that the volume is between
- * theirs, and what falls apart is bridged. */
+ * theirs, what falls apart is bridged, and what touches is parted. */
 #include "morph/morph.h"
 
 #include "base/threads.h"
 #include "base/vec3.h"
 #include "character/mesh_voxels.h"
+#include "character/solid_handles.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -198,6 +199,7 @@ bool morph_shape(struct morph *morph, float part)
     float *phi = morph->shape, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
+    struct solid_handles handles;
     const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
     keep_nearest(morph);
     if (!pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest)
@@ -219,7 +221,9 @@ bool morph_shape(struct morph *morph, float part)
         memcpy(phi, target, (size_t)count * sizeof *phi);
     }
     morph_add_rods(morph, part, phi);
-    return solid_repair(&voxels, phi, morph->settings.reach, true, &repair) || morph_no_memory();
+    morph_mark_limbs(morph, part);
+    return (solid_repair(&voxels, phi, morph->settings.reach, true, &repair) && solid_cut_handles(&voxels, phi, morph->limbs, 0, &handles))
+        || morph_no_memory();
 }
 
 float morph_sample(const int size[3], const float *phi, const float place[3])

@@ -5,16 +5,20 @@
  * 2. Sheets, which have no inside, become solid: one voxel thick, or by --thicken (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
  * 4. Bodies that touch nothing are connected with the largest one by bridges.
- * 5. Limbs too thin for the voxels become thicker (character/thin_places.h). */
+ * 5. Limbs too thin for the voxels become thicker (character/thin_places.h).
+ * 6. Handles are undone, so that a body stays one however it touches itself in a pose (character/solid_handles.h). */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
 #include "character/sheets.h"
+#include "character/solid_handles.h"
 #include "character/thin_places.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { FILM = 32 }; /* voxels: a tunnel that so small a film closes is no more than a gap between parts of a body */
 
 void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
 {
@@ -114,6 +118,42 @@ static bool thicken_limbs(const struct morph *morph, const char *name, const str
     return solid->thin >= 0 || morph_no_memory();
 }
 
+/* Marks the bones of the skeleton that both bodies are on. Returns NULL if memory is short. */
+static unsigned char *mark_bones(const struct morph *morph, const struct solid_grid *grid)
+{
+    const struct character *c = &morph->target.character;
+    unsigned char *limbs = calloc((size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], 1);
+    for (int j = 0; limbs && j < c->joint_count; ++j) {
+        float from[3], to[3];
+        if (c->joints[j].parent < 0 || !c->joints[c->joints[j].parent].bone) { continue; }
+        joint_place(&c->joints[c->joints[j].parent], from);
+        joint_place(&c->joints[j], to);
+        morph_to_voxel(&morph->grid, from, from);
+        morph_to_voxel(&morph->grid, to, to);
+        solid_mark_way(grid, from, to, limbs);
+    }
+    return limbs;
+}
+
+/* Closes small tunnels and cuts handles. For bone weights alone they stay. */
+static bool cut_handles(const struct morph *morph, const char *name, const struct solid_grid *grid, float *phi,
+                        struct morph_solid *solid)
+{
+    struct solid_handles handles = {0, 0};
+    if (morph->settings.weights) { return true; }
+    unsigned char *limbs = mark_bones(morph, grid);
+    const bool good = limbs && solid_cut_handles(grid, phi, limbs, FILM, &handles);
+    free(limbs);
+    if (!good) { return morph_no_memory(); }
+    solid->tunnels = handles.filled;
+    solid->cut = handles.cut;
+    if (solid->cut > 0 && !morph->settings.common.quiet) {
+        fprintf(stderr, "morph: %s: handles, such as an arm's that touches the hip, are cut by a crevice, of %d voxels in all\n", name,
+                solid->cut);
+    }
+    return true;
+}
+
 /* Computes phi of the triangles; `empty`: they enclose nothing. */
 static bool sample_phi(springls_context *ctx, const char *name, const struct character *character, size_t voxels, float *phi,
                        bool *empty, struct morph_solid *solid)
@@ -155,7 +195,8 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
             || morph_fail("%s: a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", name,
                           repair.out_of_reach, limb_at(morph, character, &voxels, repair.out_of_reach_at), reach);
     }
-    good = good && thicken_limbs(morph, name, &voxels, phi, solid) && morph_check(ctx, springls_set_level_set(ctx, phi), name);
+    good = good && thicken_limbs(morph, name, &voxels, phi, solid) && cut_handles(morph, name, &voxels, phi, solid)
+        && morph_check(ctx, springls_set_level_set(ctx, phi), name);
     free(phi);
     return good;
 }

@@ -51,6 +51,7 @@ static greatest_test_res check_report(const char *path, int frames, double near)
     ASSERT_EQ(frames, (int)number_of(json, "watertight_frames"));
     ASSERT_EQ(0, (int)number_of(json, "self_intersections"));
     ASSERT_EQ(1, (int)number_of(json, "components_fewest"));
+    ASSERT_EQ(0, (int)number_of(json, "frames_with_more_handles"));
     ASSERT(number_of(json, "weight_sum_error_max") < 1e-5);
     ASSERT(number_of(json, "channel_weight_sum_error_max") < 1e-5);
     ASSERT(number_of(json, "channel_weights_from_looked_up_mean_l1") < 0.3);
@@ -138,6 +139,7 @@ TEST a_morph_between_two_rigs(void)
         ASSERT_STR_EQ("limbs", cJSON_GetObjectItem(json, "joints_paired_by")->valuestring);
         ASSERT_EQ((int)number_of(json, "frames"), (int)number_of(json, "watertight_frames"));
         ASSERT_EQ(1, (int)number_of(json, "components_most"));
+        ASSERT_EQ(0, (int)number_of(json, "frames_with_more_handles"));
         ASSERT_EQ(0, (int)number_of(json, "specks_left_out_most"));
         ASSERT(number_of(json, "distance_to_target_mean_voxels") < 0.15);
         ASSERT(number_of(json, "distance_from_target_mean_voxels") < 0.15);

@@ -21,6 +21,7 @@ int main(int argc, char **argv)
 
 #include "base/vec3.h"
 #include "character/mesh_voxels.h"
+#include "character/solid_handles.h"
 #include "character/thin_places.h"
 #include "morph/morph.h"
 
@@ -289,6 +290,82 @@ TEST a_thick_body_stays_at_the_largest_thickness(void)
     PASS();
 }
 
+/* Signed distance of a ring in the plane z = 20 around (20, 20), with this radius of its tube, which swells where x is large. */
+static float ring_at(const float p[3], float radius)
+{
+    const float around = sqrtf((p[0] - 20) * (p[0] - 20) + (p[1] - 20) * (p[1] - 20)) - 10;
+    return sqrtf(around * around + (p[2] - 20) * (p[2] - 20)) - radius - 0.1f * (p[0] - 10);
+}
+
+static int count_changes(const float *phi, const float *before, int lo)
+{
+    int changes = 0;
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) { changes += n % ROOM >= lo && (phi[n] < 0.0f) != (before[n] < 0.0f); }
+    return changes;
+}
+
+/* A ring is cut where it is thinnest, two that share a place once each; a body without handles stays as it is to the bit; the small
+ * tunnel of a plate is closed where films may be as large. */
+TEST handles_are_cut_where_they_are_thin_and_small_tunnels_are_closed(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    const size_t count = (size_t)ROOM * ROOM * ROOM;
+    float *phi = malloc(count * sizeof *phi), *before = malloc(count * sizeof *before);
+    struct solid_handles handles;
+    bool whole;
+    ASSERT(phi && before);
+    for (int shape = 0; shape < 5; ++shape) { /* a ball, a ring, two, a plate with a tunnel, the same to be cut */
+        for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+            const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+            const float turned[3] = {p[0], p[2], p[1]}, hole = hypotf(p[0] - 20, p[1] - 20) - 1.5f;
+            const float ring = ring_at(p, 2), plate = fmaxf(fmaxf(fabsf(p[0] - 20), fabsf(p[1] - 20)) - 12, fabsf(p[2] - 20) - 1.5f);
+            const float bored = plate > 0 && hole < 0 ? hypotf(plate, hole) : fmaxf(plate, -hole);
+            const float shapes[4] = {ball_at(p, 20, 20, 20, 9), ring, fminf(ring, ring_at(turned, 2)), bored};
+            before[n] = phi[n] = shapes[shape < 4 ? shape : 3];
+        }
+        ASSERT_EQ(shape == 0 ? 1 : shape == 2 ? -2 : 0, solid_euler(&grid, phi));
+        ASSERT(solid_cut_handles(&grid, phi, NULL, shape == 3 ? 16 : 0, &handles));
+        ASSERT_EQ(1, solid_euler(&grid, phi));
+        ASSERT(solid_is_whole(&grid, phi, &whole));
+        ASSERT(whole);
+        ASSERT_EQ(handles.cut + handles.filled, count_changes(phi, before, 0));
+        if (shape == 0) ASSERT_MEM_EQ(before, phi, count * sizeof *phi);
+        if (shape == 1) ASSERT_EQ(0, count_changes(phi, before, 15)); /* the thin side */
+        if (shape == 3) ASSERT(handles.filled > 0 && handles.filled <= 16 && handles.cut == 0);
+        if (shape == 4) ASSERT(handles.cut > 9 && handles.filled == 0);
+    }
+    free(phi);
+    free(before);
+    PASS();
+}
+
+/* A limb along the thin side of a ring is not cut: the cut is on the other side, which is thicker. */
+TEST limbs_are_not_cut(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    float *phi = malloc((size_t)ROOM * ROOM * ROOM * sizeof *phi), *before = malloc((size_t)ROOM * ROOM * ROOM * sizeof *phi);
+    unsigned char *limbs = calloc((size_t)ROOM * ROOM * ROOM, 1);
+    struct solid_handles handles;
+    ASSERT(phi && before && limbs);
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        before[n] = phi[n] = ring_at(p, 2);
+    }
+    for (int k = 0; k < 24; ++k) { /* from one side of the thick place round to the other */
+        const float a = 0.8f + 0.195f * (float)k, b = a + 0.195f;
+        const float from[3] = {20 + 10 * cosf(a), 20 + 10 * sinf(a), 20}, to[3] = {20 + 10 * cosf(b), 20 + 10 * sinf(b), 20};
+        solid_mark_way(&grid, from, to, limbs);
+    }
+    ASSERT(solid_cut_handles(&grid, phi, limbs, 0, &handles));
+    ASSERT_EQ(1, solid_euler(&grid, phi));
+    ASSERT(handles.cut > 0);
+    ASSERT_EQ(handles.cut, count_changes(phi, before, 25));
+    free(phi);
+    free(before);
+    free(limbs);
+    PASS();
+}
+
 TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
 {
     float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions), *weights = malloc(2 * TUBE_VERTICES * sizeof *weights);
@@ -396,6 +473,26 @@ TEST specks_are_left_out(void)
     PASS();
 }
 
+/* The second one is nine tenths of the first, around the same place: a skin where it faces inwards, a body where it does not. */
+TEST inner_skins_are_dropped(void)
+{
+    const float middle = 0.25f;
+    for (int shape = 0; shape < 3; ++shape) { /* a skin, a body, a small hollow */
+        float positions[24];
+        int triangles[24], count = 8;
+        memcpy(positions, corners, 12 * sizeof *positions);
+        memcpy(triangles, tetrahedra, 12 * sizeof *triangles);
+        for (int i = 0; i < 12; ++i) {
+            positions[12 + i] = middle + (shape == 2 ? 0.5f : 0.9f) * (positions[i] - middle);
+            triangles[12 + i] = 4 + triangles[shape == 1 || i % 3 == 0 ? i : i % 3 == 1 ? i + 1 : i - 1];
+        }
+        ASSERT_EQ(shape == 0 ? 1 : 0, mesh_drop_inner_skins(positions, 8, triangles, &count));
+        ASSERT_EQ(shape == 0 ? 4 : 8, count);
+        ASSERT_EQ(0, memcmp(triangles, tetrahedra, 12 * sizeof *triangles));
+    }
+    PASS();
+}
+
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
@@ -407,10 +504,13 @@ int main(int argc, char **argv)
     RUN_TEST(a_repair_opens_crevices_and_fills_hollows);
     RUN_TEST(thin_limbs_become_thick_and_corners_stay);
     RUN_TEST(a_thick_body_stays_at_the_largest_thickness);
+    RUN_TEST(handles_are_cut_where_they_are_thin_and_small_tunnels_are_closed);
+    RUN_TEST(limbs_are_not_cut);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
+    RUN_TEST(inner_skins_are_dropped);
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();
 }
