@@ -37,7 +37,7 @@ ifdef SPRINGLS_DATA
 endif
 
 .PHONY: help deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
-        segmentation registration imaging solids tilings install uninstall format clean \
+        segmentation registration imaging solids set-mesh tilings install uninstall format clean \
         docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test npm deps-npm packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom deps-maxflow FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.

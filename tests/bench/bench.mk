@@ -70,12 +70,17 @@ build/bench/surface: tests/bench/surface.cc $(call folder_archives,pictures) bui
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,pictures) $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb)
 
+# A model from a mesh; the same.
+build/bench/set_mesh: tests/bench/set_mesh.cc $(call folder_archives,surface) build/bench/settings | springls.h
+	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
+	  -Wl,--copy-dt-needed-entries $(call folder_libs,surface) $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb)
+
 BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 measurements: deps-examples   ## build every program that measures
-	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids surface $(BENCH_FILES) \
+	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions solids surface set_mesh $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries, =flight, =edits)
@@ -97,6 +102,10 @@ paper:   ## docs/results.md: the paper's tables and figures, theirs and ours (PA
 surface: deps-examples   ## docs/surface.md: the watertight surface of known shapes, beside OpenVDB's volumeToMesh where that is installed (PAGE= PICTURE=)
 	@$(MAKE) --no-print-directory build/bench/surface
 	@build/bench/surface $(or $(PAGE),docs/surface.md) $(or $(PICTURE),docs/pictures/surface.png)
+
+set-mesh: deps-examples   ## seconds to set models from meshes and to extract them, beside OpenVDB where that is installed (MESHES="A.obj B.ply" GRID=128)
+	@$(MAKE) --no-print-directory build/bench/set_mesh
+	@build/bench/set_mesh $(or $(GRID),128) $(or $(MESHES),$(wildcard $(SPRINGLS_DATA)/meshes/*.obj $(SPRINGLS_DATA)/meshes/*.off))
 
 ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation

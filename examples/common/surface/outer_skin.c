@@ -24,6 +24,7 @@
 enum { UNSEEN = 0, FRONT = 1, BACK = 2, BOTH = 3 }; /* how a triangle is seen, as its patch faces */
 enum { LEAVE_OUT, KEEP };
 enum { MOST_PLACES = 16, MOST_VOXELS = 176 }; /* of a triangle that are looked at; along the longest side of the space */
+enum { MOST_WOUND = 4000 };                   /* about so many triangles of a patch have their winding numbers computed, evenly */
 
 struct finder {
     const float *positions;
@@ -289,17 +290,33 @@ static void judge_sheets(struct finder *f, int patch, const struct bvh_winding *
     }
 }
 
+static bool is_unseen(const struct finder *f, int t) { return f->seen[t] == UNSEEN && !f->kept[t]; }
+
+static bool any_kept(const struct finder *f, int patch)
+{
+    for (int i = f->patches.first[patch]; i < f->patches.first[patch + 1]; ++i) {
+        if (f->kept[f->patches.triangles[i]]) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Decides about the unseen part of a patch. skin: the winding number of what is kept; whole: of the mesh. Of a closed patch, it stays
  * where it lies in another part of the solid: so parts may overlap. Of other patches, where the skin leaves the inside open. */
 static void judge_unseen(struct finder *f, int patch, const struct bvh_winding *skin, const struct bvh_winding *whole)
 {
     const double open_from = 0.15, open_to = 0.85, half = 0.5;
     double open = 0.0, covered = 0.0, sum = 0.0, lean = 0.0, before, behind;
-    bool any_seen = false;
+    int unseen = 0, number = 0;
+    for (int i = f->patches.first[patch]; i < f->patches.first[patch + 1]; ++i) {
+        unseen += is_unseen(f, f->patches.triangles[i]);
+    }
+    const bool any_seen = any_kept(f, patch);
+    const int step = unseen / MOST_WOUND + 1;
     for (int i = f->patches.first[patch]; i < f->patches.first[patch + 1]; ++i) {
         const size_t t = (size_t)f->patches.triangles[i];
-        any_seen = any_seen || f->kept[t];
-        if (f->seen[t] != UNSEEN || f->kept[t]) {
+        if (!is_unseen(f, (int)t) || number++ % step) {
             continue;
         }
         const double area = (double)f->areas[t];
