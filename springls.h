@@ -26382,19 +26382,36 @@ SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *poi
     return packet;
 }
 
-/* Finds the distances of a block, cut short at `search`; lower bounds will do where all of it is further than `enough`. Returns a triangle
-   near it, or -1, as `guess` is. */
-SPRINGLS__FN int springls__distances_of_block(const springls__mesh_distance *m, const springls__v3 *points, int block, float search,
-                                              float enough, int guess, float *distance)
+/* Returns the side of all places within `half` of x, if an open surface is further from x than `distance` and that is certain; else 0. Its
+   winding number is harmonic there and between 0 and 1, so by Harnack's inequality it is no more than so many times that at x, and less
+   than the twentieth that does not count. */
+SPRINGLS__FN float springls__open_side_around(const springls__mesh_distance *m, springls__v3 x, float distance, float half)
 {
+    const float q = half / distance, times = (1.0f + q) / ((1.0f - q) * (1.0f - q));
+    const float w = springls__surface_winding(m->surface, x, 2.5f);
+    return times * w < 0.05f ? 1.0f : times * (1.0f - w) < 0.05f ? -1.0f : 0.0f;
+}
+
+/* Finds the distances of a block, cut short at `search`; where all of it is beyond the band, the band will do. Returns a triangle near it,
+   or -1, as `guess` is. *side: that of a block beyond the band of an open surface, 0 if it is not known. */
+SPRINGLS__FN int springls__distances_of_block(const springls__mesh_distance *m, const springls__v3 *points, int block, float search,
+                                              int guess, float *distance, float *side)
+{
+    const float beyond = m->band + 0.1f;
     const int begin = SPRINGLS__MESH_BLOCK * block, end = begin + SPRINGLS__MESH_BLOCK;
     const springls__v3 a = points[springls__voxel_of_packets(begin)], b = points[springls__voxel_of_packets(end - 1)];
     const float half = 0.5005f * springls__length(springls__sub(b, a)) + 1e-3f;
-    const springls__surface_hit h = springls__surface_closest_from(m->nearest, springls__lerp(a, b, 0.5f), enough + half, guess);
+    const springls__v3 center = springls__lerp(a, b, 0.5f);
+    const float reach = (m->balanced ? beyond : search) + half;
+    const springls__surface_hit h = springls__surface_closest_from(m->nearest, center, reach, guess);
+    const float from_center = h.triangle < 0 ? reach : springls__sqrt(h.hit.d2);
+    bool far_away = from_center >= beyond + half;
     int first, i;
-    for (i = begin; h.triangle < 0 && i < end; i++) distance[springls__voxel_of_packets(i)] = enough;
-    if (h.triangle < 0) return guess;
-    guess = h.triangle;
+    *side = far_away && !m->balanced ? springls__open_side_around(m, center, from_center, half) : 0.0f;
+    far_away = far_away && (m->balanced || *side != 0.0f);
+    if (h.triangle >= 0) guess = h.triangle;
+    for (i = begin; far_away && i < end; i++) distance[springls__voxel_of_packets(i)] = beyond;
+    if (far_away) return guess;
     for (first = begin; first < end; first += SPRINGLS__PACKET) {
         const springls__packet packet = springls__packet_of_voxels(points, first);
         float d2[SPRINGLS__PACKET];
@@ -26407,12 +26424,13 @@ SPRINGLS__FN int springls__distances_of_block(const springls__mesh_distance *m, 
 
 /* Finds the distances of the voxels of a brick, cut short: those of the band need the nearest triangle. Near the film that closes an open
    mesh phi is a share of the distance, so there the triangle may lie beyond the band. */
-SPRINGLS__FN void springls__distances_of_voxels(const springls__mesh_distance *m, const springls__v3 *points, float *distance)
+SPRINGLS__FN void springls__distances_of_voxels(const springls__mesh_distance *m, const springls__v3 *points, float *distance,
+                                                float sides[SPRINGLS__MESH_BLOCKS])
 {
-    const float search = m->band + (m->balanced ? 0.5f : 3.0f), enough = m->balanced ? m->band + 0.1f : search;
+    const float search = m->band + (m->balanced ? 0.5f : 3.0f);
     int block, guess = -1;
     for (block = 0; block < SPRINGLS__MESH_BLOCKS; block++)
-        guess = springls__distances_of_block(m, points, block, search, enough, guess, distance);
+        guess = springls__distances_of_block(m, points, block, search, guess, distance, &sides[block]);
 }
 
 /* ---- sides ---- */
@@ -26452,18 +26470,19 @@ SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, cons
     }
 }
 
-/* Signs the distances of the voxels of a brick to an open surface. */
+/* Signs the distances of the voxels of a brick to an open surface. sides: of its blocks, 0 where they are not known. */
 SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
-                                             float *out)
+                                             const float sides[SPRINGLS__MESH_BLOCKS], float *out)
 {
     int first, i;
     for (first = 0; first < SPRINGLS__BRICK_VOXELS; first += SPRINGLS__PACKET) {
         const springls__packet packet = springls__packet_of_voxels(points, first);
+        const float known = sides[first / SPRINGLS__MESH_BLOCK];
         float w[SPRINGLS__PACKET];
-        springls__packet_winding(m->surface, &packet, 2.5f, w);
+        if (known == 0.0f) springls__packet_winding(m->surface, &packet, 2.5f, w);
         for (i = 0; i < SPRINGLS__PACKET; i++) {
             const int voxel = springls__voxel_of_packets(first + i);
-            out[voxel] = springls__open_side_of_winding(w[i]) * distance[voxel];
+            out[voxel] = (known != 0.0f ? known : springls__open_side_of_winding(w[i])) * distance[voxel];
         }
     }
 }
@@ -26473,12 +26492,12 @@ SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, c
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
-    float distance[SPRINGLS__BRICK_VOXELS];
+    float distance[SPRINGLS__BRICK_VOXELS], sides[SPRINGLS__MESH_BLOCKS];
     int i;
-    if (count == SPRINGLS__BRICK_VOXELS) springls__distances_of_voxels(m, points, distance);
+    if (count == SPRINGLS__BRICK_VOXELS) springls__distances_of_voxels(m, points, distance, sides);
     else springls__distances_of_points(m, points, count, m->balanced ? m->band + 8.0f : FLT_MAX, distance);
     if (m->balanced) springls__sign_balanced(m, points, count, distance, out);
-    else if (count == SPRINGLS__BRICK_VOXELS) springls__sign_open_voxels(m, points, distance, out);
+    else if (count == SPRINGLS__BRICK_VOXELS) springls__sign_open_voxels(m, points, distance, sides, out);
     else
         for (i = 0; i < count; i++)
             out[i] = springls__open_side_of_winding(springls__surface_winding(m->surface, points[i], 2.5f)) * distance[i];
@@ -48564,7 +48583,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48568 \"springls.h\"\n",
+    "#line 48587 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
