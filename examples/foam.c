@@ -402,8 +402,33 @@ static bool is_drawn(const struct foam *foam, int32_t label)
     return label > 0 && (p[0] + 0.8f * p[1] < 0.9f * (float)foam->grid || p[2] < 0.5f * (float)foam->grid);
 }
 
-/* Adds the surface of a cell, with vertices of its own, so that its edges are sharp. */
-static void draw_cell(const springls_walls *walls, int32_t label, int *own, struct look *look)
+enum { MOST_FILMS = 8 }; /* of a cell about a vertex: others share the last */
+
+/* What has been drawn of a vertex of the walls: one for each film between the cell at work and another one. */
+struct drawn {
+    int count;
+    int32_t behind[MOST_FILMS];
+    int vertex[MOST_FILMS];
+};
+
+/* Returns the drawn vertex of a film towards a label, `fresh` where there is none. */
+static int drawn_vertex(struct drawn *drawn, int32_t label, int fresh)
+{
+    for (int i = 0; i < drawn->count; i++) {
+        if (drawn->behind[i] == label) {
+            return drawn->vertex[i];
+        }
+    }
+    if (drawn->count == MOST_FILMS) {
+        return drawn->vertex[MOST_FILMS - 1];
+    }
+    drawn->behind[drawn->count] = label;
+    drawn->vertex[drawn->count++] = fresh;
+    return fresh;
+}
+
+/* Adds the surface of a cell, each of its films with vertices of its own, so that the edges between them are sharp. */
+static void draw_cell(const springls_walls *walls, int32_t label, struct drawn *drawn, struct look *look)
 {
     const struct color c = color_mix(color_hsv(0.618034f * (float)label, 0.55f, 0.95f), color_rgb(1.0f, 1.0f, 1.0f), 0.25f);
     for (int t = 0; t < walls->triangle_count; t++) {
@@ -414,21 +439,21 @@ static void draw_cell(const springls_walls *walls, int32_t label, int *own, stru
         for (int i = 0; i < 3; i++) {
             const int v = walls->triangles[3 * t + (behind ? i : 2 - i)];
             const size_t begun = look->vertices;
-            if (own[v] < 0) {
-                own[v] = (int)begun;
+            const int vertex = drawn_vertex(&drawn[v], walls->labels[2 * t + behind], (int)begun);
+            if (vertex == (int)begun) {
                 memcpy(look->positions + 3 * begun, walls->positions + 3 * v, 3 * sizeof(float));
                 look->colors[3 * begun] = c.r;
                 look->colors[3 * begun + 1] = c.g;
                 look->colors[3 * begun + 2] = c.b;
                 look->vertices++;
             }
-            look->indices[3 * look->triangles + (size_t)i] = (uint32_t)own[v];
+            look->indices[3 * look->triangles + (size_t)i] = (uint32_t)vertex;
         }
         look->triangles++;
     }
     for (int t = 0; t < walls->triangle_count; t++) {
         for (int i = 0; i < 3; i++) {
-            own[walls->triangles[3 * t + i]] = -1;
+            drawn[walls->triangles[3 * t + i]].count = 0;
         }
     }
 }
@@ -436,24 +461,21 @@ static void draw_cell(const springls_walls *walls, int32_t label, int *own, stru
 static bool make_look(const struct foam *foam, const springls_walls *walls, bool all, struct look *look)
 {
     const size_t most = 2 * (size_t)walls->triangle_count;
-    int *own = malloc(((size_t)walls->vertex_count + 1) * sizeof *own);
+    struct drawn *drawn = calloc((size_t)walls->vertex_count + 1, sizeof *drawn);
     look->positions = malloc((9 * most + 1) * sizeof(float));
     look->colors = malloc((9 * most + 1) * sizeof(float));
     look->indices = malloc((3 * most + 1) * sizeof(uint32_t));
     look->vertices = look->triangles = 0;
-    if (!own || !look->positions || !look->colors || !look->indices) {
-        free(own);
+    if (!drawn || !look->positions || !look->colors || !look->indices) {
+        free(drawn);
         return false;
-    }
-    for (int v = 0; v < walls->vertex_count; v++) {
-        own[v] = -1;
     }
     for (int i = 1; i <= foam->cells; i++) {
         if (all || is_drawn(foam, i)) {
-            draw_cell(walls, i, own, look);
+            draw_cell(walls, i, drawn, look);
         }
     }
-    free(own);
+    free(drawn);
     return true;
 }
 
@@ -533,12 +555,26 @@ static bool print_all_angles(const springls_walls *walls)
     return measured || no_memory();
 }
 
+/* Returns the picture that shows a step, -1: none does. Most happens in the first steps: pictures lie ever further apart. */
+static int frame_of(const struct foam *foam, int step)
+{
+    int frame = FRAMES - 1;
+    while (frame >= 0) {
+        const double way = (double)frame / (FRAMES - 1);
+        const int at = (int)(way * way * foam->steps + 0.5);
+        if (step == (at > frame ? at : frame)) {
+            break;
+        }
+        frame--;
+    }
+    return frame;
+}
+
 /* Takes a look at the foam after a step: at all of it in the end. */
 static bool observe(struct foam *foam, int step)
 {
-    const int frame = step * (FRAMES - 1) / foam->steps;
-    const bool pictured = foam->common.out && step * (FRAMES - 1) % foam->steps < FRAMES - 1;
-    const bool last = step == foam->steps;
+    const int frame = frame_of(foam, step);
+    const bool pictured = foam->common.out && frame >= 0, last = step == foam->steps;
     springls_walls walls;
     bool done = true;
     if (step % LOOK != 0 && !pictured && !last) {
