@@ -768,6 +768,11 @@ class Model:
         self._check(status)
         return done[0]
 
+    @property
+    def combine_in_progress(self):
+        """Whether a combination has begun and is not complete."""
+        return _lib.springls_combine_in_progress(self._ctx)
+
     def combine_implicit(self, operation, distance):
         """Combines the solid with a function as `set_implicit` takes it."""
         self._combine_implicit(_lib.springls_combine_implicit, operation, distance)

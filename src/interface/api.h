@@ -1058,9 +1058,8 @@ typedef enum springls_operation {
    - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
      the other operations bodies are found again.
    - Memory grows by the other's original surface, some 80 bytes a triangle. Whenever 16384 have come, those go that no springl's
-     correspondence is near (1 voxel): after many cuts it grows by about what they leave, .03 MiB for a ball of 4 voxels. A cut at
-     the place of an earlier one adds as much again. The rest keep their numbers. springls_set_reference begins anew with the present
-     springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
+     correspondence on the same tool is near (1 voxel): so it is bounded by the springls that there are, however often one place is
+     cut. The rest keep their numbers. springls_set_reference begins anew with the present springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
      combination until springls_destroy. It is kept because the first use of fresh memory takes about as long as the copy itself.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
@@ -1089,6 +1088,10 @@ SPRINGLS_API springls_status springls_combine_implicit_begin(springls_context *c
    complete. Without one in progress: OK, *done = true. A failure of the combination ends it, and the model is as it was before; one
    of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done);
+
+/* Returns true between springls_combine_begin or springls_combine_implicit_begin and the call that completes or drops the combination;
+   false for NULL. */
+SPRINGLS_API bool springls_combine_in_progress(const springls_context *ctx);
 #endif
 
 /* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that

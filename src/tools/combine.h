@@ -918,9 +918,14 @@ SPRINGLS__TOOLS_API springls_status springls_combine_begin(springls_context *ctx
     return springls__combine_begin(ctx, operation, other, NULL);
 }
 
+SPRINGLS__TOOLS_API bool springls_combine_in_progress(const springls_context *ctx)
+{
+    return ctx && ctx->step.active && ctx->step.combination;
+}
+
 SPRINGLS__TOOLS_API springls_status springls_combine_continue(springls_context *ctx, double seconds, bool *done)
 {
-    const bool in_progress = ctx && ctx->step.active && ctx->step.combination;
+    const bool in_progress = springls_combine_in_progress(ctx);
     springls_status status;
     double until;
     if (done) *done = !in_progress;

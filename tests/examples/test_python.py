@@ -195,7 +195,9 @@ class Right(unittest.TestCase):
         for combine in whole.combine_implicit, pieces.combine_implicit_begin:
             combine('union', lambda points: abs(points - 12).max(axis=1) - 6)
         self.assertFalse(pieces.combine_continue(0))
+        self.assertTrue(pieces.combine_in_progress)
         self.assertTrue(pieces.combine_continue(1e9))
+        self.assertFalse(pieces.combine_in_progress)
         self.assertEqual(pieces.state_hash, whole.state_hash)
 
     def test_all_of_the_interface_is_there(self):

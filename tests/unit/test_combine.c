@@ -834,7 +834,9 @@ TEST the_same_bits_in_pieces(int operation, double seconds)
     ASSERT_OK(springls_combine_begin(cut[0], (springls_operation)operation, cut[1]));
     while (!done) {
         ASSERT(!springls_step_in_progress(cut[0]));
+        ASSERT(springls_combine_in_progress(cut[0]));
         ASSERT_OK(run_pieces(cut[0], seconds, 7, &pieces, &done));
+        ASSERT_EQ(!done, springls_combine_in_progress(cut[0]));
         ASSERT_OK(springls_closest(cut[0], SPRINGLS_SURFACE_SOUP, point, 1, &hit));
         ASSERT_OK(springls_closest(cut[1], SPRINGLS_SURFACE_WATERTIGHT, point, 1, &hit)); /* the other may be read */
         all += pieces;
@@ -1067,6 +1069,7 @@ TEST pieces_end(void)
     ASSERT_EQ(0, springls_count(inner));
     ASSERT_OK(springls_combine_continue(pair[0], 0.0, &done)); /* nothing to do */
     ASSERT(done);
+    ASSERT(!springls_combine_in_progress(pair[0]) && !springls_combine_in_progress(NULL));
     springls_destroy(inner);
     springls_destroy(outer);
     free_pair(pair);
