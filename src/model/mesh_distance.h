@@ -172,15 +172,19 @@ SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, cons
 SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
                                              const float sides[SPRINGLS__MESH_BLOCKS], float *out)
 {
-    int first, i;
-    for (first = 0; first < SPRINGLS__BRICK_VOXELS; first += SPRINGLS__PACKET) {
-        const springls__packet packet = springls__packet_of_voxels(points, first);
-        const float known = sides[first / SPRINGLS__MESH_BLOCK];
-        float w[SPRINGLS__PACKET];
-        if (known == 0.0f) springls__packet_winding(m->surface, &packet, 2.5f, w);
-        for (i = 0; i < SPRINGLS__PACKET; i++) {
-            const int voxel = springls__voxel_of_packets(first + i);
-            out[voxel] = (known != 0.0f ? known : springls__open_side_of_winding(w[i])) * distance[voxel];
+    enum { PACKETS = SPRINGLS__MESH_BLOCK / SPRINGLS__PACKET };
+    int block, i;
+    for (block = 0; block < SPRINGLS__MESH_BLOCKS; block++) {
+        springls__packet packets[PACKETS];
+        float w[PACKETS][SPRINGLS__PACKET];
+        for (i = 0; i < PACKETS; i++)
+            packets[i] = springls__packet_of_voxels(points, SPRINGLS__MESH_BLOCK * block + SPRINGLS__PACKET * i);
+        if (sides[block] == 0.0f) springls__packets_winding(m->surface, packets, PACKETS, 2.5f, w);
+        for (i = 0; i < SPRINGLS__MESH_BLOCK; i++) {
+            const int voxel = springls__voxel_of_packets(SPRINGLS__MESH_BLOCK * block + i);
+            const float side = sides[block] != 0.0f ? sides[block]
+                                                    : springls__open_side_of_winding(w[i / SPRINGLS__PACKET][i % SPRINGLS__PACKET]);
+            out[voxel] = side * distance[voxel];
         }
     }
 }

@@ -16,6 +16,15 @@ typedef struct springls__packet {
     float radius;
 } springls__packet;
 
+/* Finds the middle of the bounds. */
+SPRINGLS__FN void springls__packet_center(springls__packet *packet)
+{
+    const springls__v3 lower = springls__v3_make(packet->bounds.lower[0], packet->bounds.lower[1], packet->bounds.lower[2]);
+    const springls__v3 upper = springls__v3_make(packet->bounds.upper[0], packet->bounds.upper[1], packet->bounds.upper[2]);
+    packet->middle = springls__lerp(lower, upper, 0.5f);
+    packet->radius = 0.5f * springls__length(springls__sub(upper, lower));
+}
+
 /* Finds the bounds of the places of a packet. */
 SPRINGLS__FN void springls__packet_bound(springls__packet *packet)
 {
@@ -29,10 +38,7 @@ SPRINGLS__FN void springls__packet_bound(springls__packet *packet)
         b->lower[1] = springls__min(b->lower[1], packet->y[i]); b->upper[1] = springls__max(b->upper[1], packet->y[i]);
         b->lower[2] = springls__min(b->lower[2], packet->z[i]); b->upper[2] = springls__max(b->upper[2], packet->z[i]);
     }
-    packet->middle = springls__v3_make(0.5f * (b->lower[0] + b->upper[0]), 0.5f * (b->lower[1] + b->upper[1]),
-                                       0.5f * (b->lower[2] + b->upper[2]));
-    packet->radius = 0.5f * springls__length(springls__v3_make(b->upper[0] - b->lower[0], b->upper[1] - b->lower[1],
-                                                               b->upper[2] - b->lower[2]));
+    springls__packet_center(packet);
 }
 
 SPRINGLS__VEC_MATHS springls__vec3 springls__packet_places(const springls__packet *packet, int first)
@@ -168,30 +174,64 @@ SPRINGLS__FN void springls__packet_add_triangle(const springls__packet *packet, 
         springls__vec_store(sum + i, springls__vec_load(sum + i) + springls__vec_solid_angle(t, springls__packet_places(packet, i)));
 }
 
-/* Computes how often the surface winds around each place: springls__surface_winding, where a node counts as one directed area only if it
-   is so far from all of them. */
-SPRINGLS__FN void springls__packet_winding(const springls__surface *surface, const springls__packet *packet, float accuracy,
-                                           float winding[SPRINGLS__PACKET])
+/* Returns whether a node is so far from all places within `radius` of a middle that it counts as one directed area. */
+SPRINGLS__FN bool springls__dipole_is_far(const springls__dipole *d, float accuracy, springls__v3 middle, float radius)
 {
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    memset(winding, 0, SPRINGLS__PACKET * sizeof *winding);
-    if (!surface->count) return;
-    stack[top++] = 0;
+    const float reach = accuracy * springls__sqrt(d->radius2) + 1.001f * radius + 1e-3f;
+    return springls__length2(springls__sub(d->center, middle)) > reach * reach;
+}
+
+/* Adds a leaf: as one directed area, or triangle by triangle. */
+SPRINGLS__FN void springls__packet_add_leaf(const springls__surface *surface, const springls__packet *packet, int leaf, float accuracy,
+                                            float sum[SPRINGLS__PACKET])
+{
+    const springls__bvh_node *node = &surface->nodes[leaf];
+    int i;
+    if (springls__dipole_is_far(&surface->dipoles[leaf], accuracy, packet->middle, packet->radius)) {
+        springls__packet_add_dipole(packet, &surface->dipoles[leaf], sum);
+        return;
+    }
+    for (i = 0; i < node->count; i++)
+        springls__packet_add_triangle(packet, springls__surface_triangle(surface, surface->order[node->first + i]), sum);
+}
+
+/* Returns a packet with the bounds of several; its places are those of the first. */
+SPRINGLS__FN springls__packet springls__packets_bound(const springls__packet *packets, int count)
+{
+    springls__packet all = packets[0];
+    int p, k;
+    for (p = 1; p < count; p++)
+        for (k = 0; k < 3; k++) {
+            all.bounds.lower[k] = springls__min(all.bounds.lower[k], packets[p].bounds.lower[k]);
+            all.bounds.upper[k] = springls__max(all.bounds.upper[k], packets[p].bounds.upper[k]);
+        }
+    springls__packet_center(&all);
+    return all;
+}
+
+/* Computes how often the surface winds around each place of packets near each other: springls__surface_winding, where a node counts as one
+   directed area only if it is so far from all of them, or is a leaf so far from all places of a packet. */
+SPRINGLS__FN void springls__packets_winding(const springls__surface *surface, const springls__packet *packets, int count, float accuracy,
+                                            float (*winding)[SPRINGLS__PACKET])
+{
+    const springls__packet all = springls__packets_bound(packets, count);
+    int stack[SPRINGLS__BVH_STACK], top = 0, i, p;
+    memset(winding, 0, (size_t)count * sizeof *winding);
+    if (surface->count) stack[top++] = 0;
     while (top) {
         const int n = stack[--top];
         const springls__bvh_node *node = &surface->nodes[n];
-        const springls__dipole *d = &surface->dipoles[n];
-        const float reach = accuracy * springls__sqrt(d->radius2) + 1.001f * packet->radius + 1e-3f;
-        if (springls__length2(springls__sub(d->center, packet->middle)) > reach * reach) springls__packet_add_dipole(packet, d, winding);
-        else if (!node->count) {
+        if (springls__dipole_is_far(&surface->dipoles[n], accuracy, all.middle, all.radius)) {
+            for (p = 0; p < count; p++) springls__packet_add_dipole(&packets[p], &surface->dipoles[n], winding[p]);
+        } else if (!node->count) {
             stack[top++] = node->first + 1;
             stack[top++] = node->first;
         } else {
-            for (i = 0; i < node->count; i++)
-                springls__packet_add_triangle(packet, springls__surface_triangle(surface, surface->order[node->first + i]), winding);
+            for (p = 0; p < count; p++) springls__packet_add_leaf(surface, &packets[p], n, accuracy, winding[p]);
         }
     }
-    for (i = 0; i < SPRINGLS__PACKET; i++) winding[i] *= 0.0795774715f; /* 1 / 4 pi */
+    for (p = 0; p < count; p++)
+        for (i = 0; i < SPRINGLS__PACKET; i++) winding[p][i] *= 0.0795774715f; /* 1 / 4 pi */
 }
 
 #endif

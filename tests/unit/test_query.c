@@ -98,7 +98,7 @@ TEST packets_are_as_exact(void)
         const springls__v3 corner = random_point(80.0f);
         const float reach = i % 2 ? 3.0f : 1000.0f;
         springls__packet packet;
-        float d2[SPRINGLS__PACKET], w[SPRINGLS__PACKET];
+        float d2[SPRINGLS__PACKET], w[1][SPRINGLS__PACKET];
         for (k = 0; k < SPRINGLS__PACKET; k++) {
             packet.x[k] = corner.x + (float)(k & 1);
             packet.y[k] = corner.y + (float)(k >> 1 & 1);
@@ -106,12 +106,12 @@ TEST packets_are_as_exact(void)
         }
         springls__packet_bound(&packet);
         springls__packet_closest(&surface, &packet, reach, i % 3 ? i % SOUP : -1, d2);
-        springls__packet_winding(&surface, &packet, 8.0f, w);
+        springls__packets_winding(&surface, &packet, 1, 8.0f, w);
         for (k = 0; k < SPRINGLS__PACKET; k++) {
             const springls__v3 x = springls__v3_make(packet.x[k], packet.y[k], packet.z[k]);
             const springls__surface_hit h = springls__surface_closest(&surface, x, reach);
             ASSERT_EQ(h.triangle < 0 ? reach * reach : h.hit.d2, d2[k]);
-            ASSERT_IN_RANGE(springls__surface_winding(&surface, x, 8.0f), w[k], 0.01f);
+            ASSERT_IN_RANGE(springls__surface_winding(&surface, x, 8.0f), w[0][k], 0.01f);
         }
     }
     springls__surface_free(ctx, &surface);
