@@ -26518,7 +26518,7 @@ SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, cons
 SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
                                              const float sides[SPRINGLS__MESH_BLOCKS], float *out)
 {
-    enum { PACKETS = SPRINGLS__MESH_BLOCK / SPRINGLS__PACKET };
+    enum { PACKETS = (int)SPRINGLS__MESH_BLOCK / (int)SPRINGLS__PACKET };
     int block, i;
     for (block = 0; block < SPRINGLS__MESH_BLOCKS; block++) {
         springls__packet packets[PACKETS];
