@@ -52526,7 +52526,8 @@ SPRINGLS__FN springls_status springls__note_pair(springls_tiling *tiling, spring
 
 /* Finds out which bodies are neighbours now, of the pairs that face each other and those that were neighbours before, and reports what has
    changed; the first time nothing has. `next` becomes the list of neighbours when the step has succeeded. */
-SPRINGLS__FN springls_status springls__find_changes(springls_tiling *tiling, const springls__pair_list *pairs, springls_tiling_report *report)
+SPRINGLS__FN springls_status springls__find_changes(springls_tiling *tiling, const springls__pair_list *pairs,
+                                                    springls_tiling_report *report)
 {
     springls__pair_list before, *next = &tiling->next_pairs;
     int i;
@@ -52740,8 +52741,8 @@ SPRINGLS__FN springls_status springls__refuse_film(springls_tiling *tiling, cons
     float thickness;
     const springls_film film = springls__film_between(desc, low, high, &thickness);
     return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
-                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
-                          (double)thickness, (long)low, (long)high, (double)SPRINGLS__WALL_REACH);
+                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call,
+                          (int)film, (double)thickness, (long)low, (long)high, (double)SPRINGLS__WALL_REACH);
 }
 
 /* Returns how near two bodies come before what is between them parts; FILM_REFUSED: the callback gives what it must not. */
@@ -52849,7 +52850,8 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
         const float *gap = (const float *)tiling->gap.data + body->first, *facing = springls__facing_values(body);
         if (!body->rest.awake) continue;
         for (k = 0; k < body->ctx->model.set.count; k++) {
-            const int32_t label = (int32_t)facing[k], a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
+            const int32_t label = (int32_t)facing[k];
+            const int32_t a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
             if (gap[k] > SPRINGLS__FILM_REFUSED || (low > 0 && (a > low || (a == low && b >= high)))) continue;
             low = a;
             high = b;
@@ -53040,7 +53042,8 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
     const double drawn = 0.2; /* voxel: sheets that are no further apart are a wall */
     float thickness;
     const springls_film film = springls__film_between(desc, pair->low, pair->high, &thickness);
-    *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET && pair->gap <= drawn * (double)pair->springls;
+    *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET
+            && pair->gap <= drawn * (double)pair->springls;
     return springls__film_is_valid(film, thickness) ? SPRINGLS_OK : springls__refuse_film(tiling, call, desc, pair->low, pair->high);
 }
 
@@ -53066,7 +53069,8 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
         bool join;
         SPRINGLS__TRY(springls__is_to_join(tiling, call, desc, pair, &join));
         if (!join || kept < 0 || gone < 0 || springls__is_joining(tiling, pair->low) || springls__is_joining(tiling, pair->high)) continue;
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence), bytes));
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence),
+                                            bytes));
         SPRINGLS__TRY(springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone],
                                             (springls__coalescence *)tiling->joins.data + tiling->join_count));
         tiling->join_count++;
@@ -53134,7 +53138,8 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tili
         for (k = 0; k < springls_count(body->ctx); k++) facing += (int32_t)values[k] == (i ? label : other);
     }
     if (facing < SPRINGLS__MET)
-        status = springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld share no wall", call, (long)label, (long)other);
+        status = springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld share no wall", call, (long)label,
+                                (long)other);
     else status = springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone], &join);
     if (status == SPRINGLS_OK) springls__take_joined(tiling, &join);
     else tiling->facing_known = known;
@@ -53146,9 +53151,9 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tili
    stirred for as many steps as it takes to close walls and to look at sheets once: the same would come of it again. It takes no part in a
    step then but for the count, so that a step costs what the bodies cost where something moves. Bits are those of a step of all bodies.
 
-   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on, which
-   is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made their own
-   steps, and again after walls have been closed, so that nobody is left out who would see a change.
+   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on,
+   which is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made
+   their own steps, and again after walls have been closed, so that nobody is left out who would see a change.
 
    Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
    body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one
@@ -53879,8 +53884,8 @@ SPRINGLS__TILINGS_API uint64_t springls_tiling_state_hash(const springls_tiling 
 
    Why no two triangles cross (after Ju and Udeshi, Intersection-free Contouring, 2006): a vertex lies inside its cube. The line between the
    vertices of two cubes that share a face passes through that face, and so cuts it, with its four sides, into four triangles. The pair of
-   voxels p, q at the ends of a side and two cubes' vertices beside it make a tetrahedron; those of all pairs fill space without overlap. The
-   quad around p and q has four of them, its envelope. Four triangles from a point between p and q to the quad's sides lie in it. So do
+   voxels p, q at the ends of a side and two cubes' vertices beside it make a tetrahedron; those of all pairs fill space without overlap.
+   The quad around p and q has four of them, its envelope. Four triangles from a point between p and q to the quad's sides lie in it. So do
    the two on both sides of a diagonal, mostly, and these are taken wherever they do. */
 
 /* What a cube's vertex is the least-squares solution of: A x = b, A symmetric, and the mean of the places where walls cross its edges. */
@@ -54310,8 +54315,8 @@ SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls
 }
 
 /* ======== >>films  (src/tiling/films.h) ======================================================================== */
-/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface tension
-   times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
+/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface
+   tension times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
    curvature, and where walls meet it is the pull of all of them, so that they come to rest at the angles of Plateau's and Neumann's laws.
 
    With the force F_v, the area m_v that belongs to vertex v, and the slope g_iv of the volume of body i, vertices move with
@@ -54323,8 +54328,8 @@ SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls
    Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike.
 
    Where a wall has shrunk to a line, four walls meet in one: the pulls cancel, and no vertex would move, though the line is not stable. Two
-   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The tip
-   of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
+   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The
+   tip of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
 
        f_c = |F_ca + F_cb| - tension_ab l
 
@@ -54556,7 +54561,8 @@ SPRINGLS__FN springls_status springls__list_junctions(springls_tiling *tiling)
     int i, count = 0;
     for (i = 0; i < tiling->walls.vertex_count; i++) {
         const int32_t *label = films[i].label;
-        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
+        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL
+                          && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
         films[i].junction = four ? count++ : -1;
     }
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->junctions, (size_t)count + 1, sizeof *junctions, 0));
@@ -55329,8 +55335,9 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    const bool known = springls__facing_is_known(tiling);
     int i;
-    for (i = 0; i < tiling->count && !springls__facing_is_known(tiling); i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
+    for (i = 0; i < tiling->count && !known; i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
     SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));

@@ -1,5 +1,5 @@
-/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface tension
-   times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
+/* films.h - surface tension, and volumes that are held. The walls of a tiling are a mesh (walls.h); its energy is the sum of surface
+   tension times area over all walls. Each vertex goes down the energy's slope, for the area around it: within a wall that is motion by mean
    curvature, and where walls meet it is the pull of all of them, so that they come to rest at the angles of Plateau's and Neumann's laws.
 
    With the force F_v, the area m_v that belongs to vertex v, and the slope g_iv of the volume of body i, vertices move with
@@ -11,8 +11,8 @@
    Springls take the mean velocity of the vertices about them, of the wall that they are part of: both sheets of a wall move alike.
 
    Where a wall has shrunk to a line, four walls meet in one: the pulls cancel, and no vertex would move, though the line is not stable. Two
-   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The tip
-   of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
+   of the four bodies, opposite to each other, draw back from it, and the wall between the two others grows in between (a T1 change). The
+   tip of body c, between a and b, is pulled by the walls with both, and held by the new one, with the length l of the line:
 
        f_c = |F_ca + F_cb| - tension_ab l
 
@@ -248,7 +248,8 @@ SPRINGLS__FN springls_status springls__list_junctions(springls_tiling *tiling)
     int i, count = 0;
     for (i = 0; i < tiling->walls.vertex_count; i++) {
         const int32_t *label = films[i].label;
-        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
+        const bool four = label[SPRINGLS__JUNCTION_LABELS - 1] != SPRINGLS__NO_LABEL
+                          && label[SPRINGLS__JUNCTION_LABELS] == SPRINGLS__NO_LABEL;
         films[i].junction = four ? count++ : -1;
     }
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->junctions, (size_t)count + 1, sizeof *junctions, 0));

@@ -107,7 +107,8 @@ SPRINGLS__FN springls_status springls__is_to_join(springls_tiling *tiling, const
     const double drawn = 0.2; /* voxel: sheets that are no further apart are a wall */
     float thickness;
     const springls_film film = springls__film_between(desc, pair->low, pair->high, &thickness);
-    *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET && pair->gap <= drawn * (double)pair->springls;
+    *join = film == SPRINGLS_FILM_JOIN && thickness > 0.0f && pair->springls >= SPRINGLS__MET
+            && pair->gap <= drawn * (double)pair->springls;
     return springls__film_is_valid(film, thickness) ? SPRINGLS_OK : springls__refuse_film(tiling, call, desc, pair->low, pair->high);
 }
 
@@ -133,7 +134,8 @@ SPRINGLS__FN springls_status springls__prepare_joins(springls_tiling *tiling, co
         bool join;
         SPRINGLS__TRY(springls__is_to_join(tiling, call, desc, pair, &join));
         if (!join || kept < 0 || gone < 0 || springls__is_joining(tiling, pair->low) || springls__is_joining(tiling, pair->high)) continue;
-        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence), bytes));
+        SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->joins, (size_t)tiling->join_count + 1, sizeof(springls__coalescence),
+                                            bytes));
         SPRINGLS__TRY(springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone],
                                             (springls__coalescence *)tiling->joins.data + tiling->join_count));
         tiling->join_count++;
@@ -201,7 +203,8 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_join(springls_tiling *tili
         for (k = 0; k < springls_count(body->ctx); k++) facing += (int32_t)values[k] == (i ? label : other);
     }
     if (facing < SPRINGLS__MET)
-        status = springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld share no wall", call, (long)label, (long)other);
+        status = springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: labels %ld and %ld share no wall", call, (long)label,
+                                (long)other);
     else status = springls__make_joined(tiling, call, &tiling->body[kept], &tiling->body[gone], &join);
     if (status == SPRINGLS_OK) springls__take_joined(tiling, &join);
     else tiling->facing_known = known;

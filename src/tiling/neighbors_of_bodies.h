@@ -102,7 +102,8 @@ SPRINGLS__FN springls_status springls__note_pair(springls_tiling *tiling, spring
 
 /* Finds out which bodies are neighbours now, of the pairs that face each other and those that were neighbours before, and reports what has
    changed; the first time nothing has. `next` becomes the list of neighbours when the step has succeeded. */
-SPRINGLS__FN springls_status springls__find_changes(springls_tiling *tiling, const springls__pair_list *pairs, springls_tiling_report *report)
+SPRINGLS__FN springls_status springls__find_changes(springls_tiling *tiling, const springls__pair_list *pairs,
+                                                    springls_tiling_report *report)
 {
     springls__pair_list before, *next = &tiling->next_pairs;
     int i;

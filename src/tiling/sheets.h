@@ -180,8 +180,8 @@ SPRINGLS__FN springls_status springls__refuse_film(springls_tiling *tiling, cons
     float thickness;
     const springls_film film = springls__film_between(desc, low, high, &thickness);
     return springls__fail(tiling->host, springls__finite_float(thickness) ? SPRINGLS_INVALID_ARGUMENT : SPRINGLS_NON_FINITE,
-                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call, (int)film,
-                          (double)thickness, (long)low, (long)high, (double)SPRINGLS__WALL_REACH);
+                          "%s: film gives %d and the thickness %g between labels %ld and %ld: PART or JOIN, and 0 to %g voxels", call,
+                          (int)film, (double)thickness, (long)low, (long)high, (double)SPRINGLS__WALL_REACH);
 }
 
 /* Returns how near two bodies come before what is between them parts; FILM_REFUSED: the callback gives what it must not. */
@@ -289,7 +289,8 @@ SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, cons
         const float *gap = (const float *)tiling->gap.data + body->first, *facing = springls__facing_values(body);
         if (!body->rest.awake) continue;
         for (k = 0; k < body->ctx->model.set.count; k++) {
-            const int32_t label = (int32_t)facing[k], a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
+            const int32_t label = (int32_t)facing[k];
+            const int32_t a = label < body->label ? label : body->label, b = label < body->label ? body->label : label;
             if (gap[k] > SPRINGLS__FILM_REFUSED || (low > 0 && (a > low || (a == low && b >= high)))) continue;
             low = a;
             high = b;

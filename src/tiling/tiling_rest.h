@@ -2,9 +2,9 @@
    stirred for as many steps as it takes to close walls and to look at sheets once: the same would come of it again. It takes no part in a
    step then but for the count, so that a step costs what the bodies cost where something moves. Bits are those of a step of all bodies.
 
-   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on, which
-   is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made their own
-   steps, and again after walls have been closed, so that nobody is left out who would see a change.
+   Beside means in the same brick of the grid: each body has the bricks in whose voxels its phi is known, 3 voxels from its surface on,
+   which is further than stages of a tiling look. What stirs are bricks of a body that are awake. They are found after bodies have made
+   their own steps, and again after walls have been closed, so that nobody is left out who would see a change.
 
    Some tilings would never get there by themselves. Where several walls meet, what closing them adds to one body may be too much for that
    body's next resampling, which removes it, and moves its neighbours enough to begin again; or a resampling fills what the next one

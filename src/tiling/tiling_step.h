@@ -336,8 +336,9 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
                                                        springls_tiling_report *report)
 {
     const char *call = "tiling_step";
+    const bool known = springls__facing_is_known(tiling);
     int i;
-    for (i = 0; i < tiling->count && !springls__facing_is_known(tiling); i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
+    for (i = 0; i < tiling->count && !known; i++) tiling->body[i].rest.awake = tiling->body[i].rest.looks = true;
     SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__back_up, NULL));
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));

@@ -7,8 +7,8 @@
 
    Why no two triangles cross (after Ju and Udeshi, Intersection-free Contouring, 2006): a vertex lies inside its cube. The line between the
    vertices of two cubes that share a face passes through that face, and so cuts it, with its four sides, into four triangles. The pair of
-   voxels p, q at the ends of a side and two cubes' vertices beside it make a tetrahedron; those of all pairs fill space without overlap. The
-   quad around p and q has four of them, its envelope. Four triangles from a point between p and q to the quad's sides lie in it. So do
+   voxels p, q at the ends of a side and two cubes' vertices beside it make a tetrahedron; those of all pairs fill space without overlap.
+   The quad around p and q has four of them, its envelope. Four triangles from a point between p and q to the quad's sides lie in it. So do
    the two on both sides of a diagonal, mostly, and these are taken wherever they do. */
 #ifndef SPRINGLS__TILING_WALLS_H
 #define SPRINGLS__TILING_WALLS_H
