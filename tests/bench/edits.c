@@ -70,7 +70,7 @@ static springls_status run(struct json_writer *json, const char *key, int grid, 
     const springls_sphere body = {{middle, middle, middle}, 0.3f * (float)grid};
     const springls_step_desc still = {.dt = 0.0f};
     const int tenth = (edits + 9) / 10;
-    double held[FIFTHS + 1];
+    double held[FIFTHS + 1] = {0.0};
     uint32_t state = 1;
     springls_context *ctx;
     springls_status status = springls_create(&desc, &ctx);
@@ -93,7 +93,14 @@ static springls_status run(struct json_writer *json, const char *key, int grid, 
             status = springls_step(ctx, &still);
         }
         step_ms[i] = processor_ms() - begun;
-        held[(i + 1) * FIFTHS / edits] = (double)springls_memory_used(ctx) / 1048576.0;
+        if ((i + 1) * FIFTHS % edits < FIFTHS) {
+            held[(i + 1) * FIFTHS / edits] = (double)springls_memory_used(ctx) / 1048576.0;
+        }
+    }
+    if (status != SPRINGLS_OK) {
+        fprintf(stderr, "edits: %s\n", springls_last_error(ctx));
+        springls_destroy(ctx);
+        return status;
     }
     json_object_begin(json, key);
     json_integer(json, "springls", springls_count(ctx));
@@ -106,11 +113,8 @@ static springls_status run(struct json_writer *json, const char *key, int grid, 
     report_times(json, "last_tenth_ms", ms + edits - tenth, tenth);
     report_times(json, "step_ms", step_ms, edits);
     json_object_end(json);
-    if (status != SPRINGLS_OK) {
-        fprintf(stderr, "edits: %s\n", springls_last_error(ctx));
-    }
     springls_destroy(ctx);
-    return status;
+    return SPRINGLS_OK;
 }
 
 int main(int argc, char **argv)

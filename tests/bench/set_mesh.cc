@@ -21,6 +21,7 @@
 #include <vector>
 
 extern "C" {
+#include "examples/common/base/cli.h"
 #include "examples/common/solids/solid_grid.h"
 #include "examples/common/surface/mesh_io.h"
 }
@@ -84,6 +85,17 @@ Times of_openvdb(const mesh &m, double spacing)
 }
 #endif
 
+/* Ends a row with OpenVDB's seconds and the ratio of ours to them, "-" where OpenVDB is not installed. */
+void print_other(double own, double other)
+{
+#ifdef WITH_OPENVDB
+    std::printf(" %.2f | %.1f |\n", other, own / other);
+#else
+    (void)own, (void)other;
+    std::printf(" - | - |\n");
+#endif
+}
+
 /* Prints the row of a mesh; returns both sums, ours and OpenVDB's. */
 std::pair<double, double> row(const char *path, int size)
 {
@@ -104,15 +116,13 @@ std::pair<double, double> row(const char *path, int size)
     const Times own = ours(path, m, grid);
     const double sum = own.set + own.extract;
     double other = 0.0;
-    std::printf("| %s | %zu | %.2f | %.2f | %.2f |", std::strrchr(path, '/') ? std::strrchr(path, '/') + 1 : path, m.triangle_count, own.set,
-                own.extract, sum);
+    std::printf("| %s | %zu | %.2f | %.2f | %.2f |", std::strrchr(path, '/') ? std::strrchr(path, '/') + 1 : path, m.triangle_count,
+                own.set, own.extract, sum);
 #ifdef WITH_OPENVDB
     const Times theirs = of_openvdb(m, grid.spacing[0]);
     other = theirs.set + theirs.extract;
-    std::printf(" %.2f | %.1f |\n", other, sum / other);
-#else
-    std::printf(" - | - |\n");
 #endif
+    print_other(sum, other);
     std::fflush(stdout);
     mesh_free(&m);
     return {sum, other};
@@ -122,9 +132,9 @@ std::pair<double, double> row(const char *path, int size)
 
 int main(int argc, char **argv)
 {
-    const int size = argc > 2 ? std::atoi(argv[1]) : 0;
+    int size = 0;
     double sum = 0.0, other = 0.0;
-    if (size < 24 || size > 1024) {
+    if (argc < 3 || !cli_read_int(argv[1], &size) || size < 24 || size > 1024) {
         std::fprintf(stderr, "usage: set_mesh GRID MESH... (a grid of 24 to 1024)\n");
         return 2;
     }
@@ -138,6 +148,7 @@ int main(int argc, char **argv)
         sum += both.first;
         other += both.second;
     }
-    std::printf("| all | | | | %.2f | %.2f | %.1f |\n", sum, other, other > 0.0 ? sum / other : 0.0);
+    std::printf("| all | | | | %.2f |", sum);
+    print_other(sum, other);
     return 0;
 }
