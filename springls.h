@@ -323,10 +323,10 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls hold.
-   Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
-   and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
-   voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls
+   hold. Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they
+   meet it, and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner
+   than a voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
 
      - closed, also at the border of the grid, and oriented; each vertex has one fan of triangles; no triangles of a cell cross each other,
        and those of different cells cannot. Where springls contradict each other it may have specks and handles;
@@ -336,15 +336,15 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
-   springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and
+   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh, of which a call with few of them makes no more than it needs: of a ball of 17,600 springls a
-   pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
-   the grid has it more than half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update
-   makes the mesh again where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than
-   the tolerance from the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all
-   takes some 50 ms, and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice,
-   and .7 KB a brick twice.
+   pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of the grid has it more than
+   half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update makes the mesh again
+   where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than the tolerance from
+   the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all takes some 50 ms,
+   and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice, and .7 KB a brick
+   twice.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its
@@ -2153,9 +2153,9 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
-   ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
-   SPRINGLS_INTEGRATOR_EULER. */
+/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of
+   the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS OF PLACE). Included are errors of splits and fills, of
+   Runge-Kutta steps and of rounding, not those of forces nor of SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
     float place;          /* from the particle to where the motion takes its correspondence                          */
     float correspondence; /* on the original surface: from it to where the particle has come from                    */
@@ -2243,8 +2243,9 @@ typedef enum springls_operation {
      the other operations bodies are found again.
    - Memory grows by the other's original surface, some 80 bytes a triangle. Whenever 16384 have come, those go that no springl's
      correspondence on the same tool is near (1 voxel): so it is bounded by the springls that there are, however often one place is
-     cut. The rest keep their numbers. springls_set_reference begins anew with the present springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
-     combination until springls_destroy. It is kept because the first use of fresh memory takes about as long as the copy itself.
+     cut. The rest keep their numbers. springls_set_reference begins anew with the present springls, in the same memory. Besides, room for a
+     copy of springls and level set, to go back on failure, stays for the next combination until springls_destroy. It is kept because the
+     first use of fresh memory takes about as long as the copy itself.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */
@@ -2278,8 +2279,8 @@ SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, do
 SPRINGLS_API bool springls_combine_in_progress(const springls_context *ctx);
 #endif
 
-/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
-   have just been made at `count` world points. Called on the caller's thread. */
+/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls
+   that have just been made at `count` world points. Called on the caller's thread. */
 typedef void (*springls_values_fn)(void *user, int attribute, const float *points, int count, float *out);
 
 /* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
@@ -2465,7 +2466,8 @@ typedef struct springls_tiling_report {
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
    that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
    report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
-   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling
+   is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
@@ -5937,10 +5939,10 @@ SPRINGLS__MATHS springls__v3 springls__world_curvature_velocity(const springls__
 }
 
 /* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,
-   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
-   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
-   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
-   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
+   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign,
+   because phi may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
+   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k that
+   touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
 SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
     const float largest = springls__min(0.7f * h, g->far_value - 1.0f);
@@ -9242,7 +9244,8 @@ SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRING
    sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
    SPRINGLS__CONCAVE. */
 SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides,
-                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds,
+                                                          int at_least)
 {
     springls__fit_result fit[SPRINGLS__SIDES], result;
     int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);
@@ -18364,7 +18367,8 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
                 SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
-                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* springls__weigh_hits of a brick beside may be writing `weight` */
+                /* springls__weigh_hits of a brick beside may be writing `weight` */
+                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight;
                 if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
                 if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits].t = hit->t;
@@ -19505,7 +19509,8 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
 }
 
 /* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */
-SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)
+SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int of)
 {
     int d;
     for (d = 0; d < 8; d++)
@@ -19899,8 +19904,8 @@ SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, cons
     return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));
 }
 
-/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
-   or -1. Returns how many have none. */
+/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its
+   mate, or -1. Returns how many have none. */
 SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
 {
     const float alone = 0.3f;
@@ -20894,7 +20899,8 @@ SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__r
         tri.c = mesh->positions[corner[2]];
         area = springls__scale(springls__tri_area2(tri), 1e-4f); /* beside a unit normal it is nothing */
         for (k = 0; k < 3; k++)
-            if (springls__length2(mesh->normals[corner[k]]) < 0.5f) mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
+            if (springls__length2(mesh->normals[corner[k]]) < 0.5f)
+                mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
     }
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }
@@ -21978,8 +21984,9 @@ SPRINGLS__END };
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists where they are used up: one build serves resample_period + 1 relaxations, because neighbours move together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
-   reason). Springls that have woken since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
+/* Builds the lists where they are used up: one build serves resample_period + 1 relaxations, because neighbours move together, and the
+   closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Springls that have woken
+   since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     springls__arguments args;
@@ -23041,8 +23048,8 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
     }
 }
 
-/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four times
-   the area. */
+/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four
+   times the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -23990,8 +23997,8 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working memory begin
-   with this. */
+/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working
+   memory begin with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
@@ -25040,7 +25047,8 @@ SPRINGLS__FN float springls__block_sample(const springls__voxel_block *block, sp
 /* Returns the difference of the samples at x + (dx, dy, dz) and x - (dx, dy, dz), and their sum. */
 SPRINGLS__FN float springls__block_difference(const springls__voxel_block *block, springls__v3 x, springls__v3 step, float *sum)
 {
-    const float before = springls__block_sample(block, springls__sub(x, step)), after = springls__block_sample(block, springls__add(x, step));
+    const float before = springls__block_sample(block, springls__sub(x, step));
+    const float after = springls__block_sample(block, springls__add(x, step));
     *sum = before + after;
     return after - before;
 }
@@ -25778,7 +25786,8 @@ SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *c
 }
 
 /* Returns where the zero level crosses an edge of the cube at `at`. */
-SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3], int edge)
+SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3],
+                                                      int edge)
 {
     const springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
     return springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
@@ -27893,7 +27902,8 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left unfinished. */
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left
+   unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
                                                           bool balanced, bool may_overlap)
 {
@@ -28824,8 +28834,9 @@ typedef struct springls__contour_vertex {
 } springls__contour_vertex;
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
-   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
-   one of the bricks around is, or it itself. evidence: phi of its voxels (springls__evidence_of). */
+   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
+   vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
+   (springls__evidence_of). */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
@@ -28907,8 +28918,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
 
 enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
 
-/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong to
-   one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong
+   to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
 SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
 {
     return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
@@ -28940,8 +28951,8 @@ SPRINGLS__FN int springls__compare_contour_bricks(const void *first, const void 
     return chunks ? chunks : springls__compare_places(a->at.at, b->at.at);
 }
 
-/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid is
-   in the chunk at the border. */
+/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid
+   is in the chunk at the border. */
 SPRINGLS__FN springls__lattice_brick springls__chunk_of_place(const springls_context *ctx, const int at[3])
 {
     springls__lattice_brick chunk;
@@ -32803,8 +32814,8 @@ SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, co
     if (springls__may_query_nearby(ctx, count)) {
         for (i = 0; i < count; i++) {
             springls__surface_hit h;
-            SPRINGLS__TRY(springls__nearby_ray(ctx, count, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f,
-                                               &h));
+            SPRINGLS__TRY(springls__nearby_ray(ctx, count, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(),
+                                               1e18f, &h));
             out[i] = springls__comes_from_inside(ctx, &h);
         }
         return SPRINGLS_OK;
@@ -33463,8 +33474,9 @@ SPRINGLS__EVENTS_API springls_status springls_component_of(springls_context *ctx
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_labels(ctx, &labels)));
     for (i = 0; i < count; i++) {
         const float *x = points + 3 * (size_t)i;
-        const int32_t body = springls__contours_springls(ctx) ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
-                                                              : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
+        const int32_t body = springls__contours_springls(ctx)
+                               ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
+                               : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;
@@ -36167,7 +36179,8 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context
     if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot_patch: %lu bytes are needed, not %lu", (unsigned long)*size,
                               (unsigned long)capacity);
-    if (springls__delta_apply((const char *)base, base_size / 4, (const char *)delta, delta_size, (char *)out, *size / 4)) return SPRINGLS_OK;
+    if (springls__delta_apply((const char *)base, base_size / 4, (const char *)delta, delta_size, (char *)out, *size / 4))
+        return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "snapshot_patch: the difference is cut short or altered");
 }
 
@@ -36405,7 +36418,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2732 \"springls.h\"\n",
+    "#line 2734 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -36521,7 +36534,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2849 \"springls.h\"\n",
+    "#line 2851 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -36543,7 +36556,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2872 \"springls.h\"\n",
+    "#line 2874 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36558,7 +36571,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2888 \"springls.h\"\n",
+    "#line 2890 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36682,7 +36695,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3012 \"springls.h\"\n",
+    "#line 3014 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36752,7 +36765,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3083 \"springls.h\"\n",
+    "#line 3085 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -36972,7 +36985,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3304 \"springls.h\"\n",
+    "#line 3306 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36987,7 +37000,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3319 \"springls.h\"\n",
+    "#line 3321 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37111,14 +37124,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3443 \"springls.h\"\n",
+    "#line 3445 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3451 \"springls.h\"\n",
+    "#line 3453 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37244,7 +37257,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3578 \"springls.h\"\n",
+    "#line 3580 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37299,7 +37312,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3634 \"springls.h\"\n",
+    "#line 3636 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -37388,7 +37401,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3724 \"springls.h\"\n",
+    "#line 3726 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -37400,7 +37413,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3736 \"springls.h\"\n",
+    "#line 3738 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37415,7 +37428,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3752 \"springls.h\"\n",
+    "#line 3754 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37491,7 +37504,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3828 \"springls.h\"\n",
+    "#line 3830 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37506,7 +37519,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3843 \"springls.h\"\n",
+    "#line 3845 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37582,7 +37595,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3919 \"springls.h\"\n",
+    "#line 3921 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -37661,7 +37674,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3998 \"springls.h\"\n",
+    "#line 4000 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37676,7 +37689,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4014 \"springls.h\"\n",
+    "#line 4016 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37743,7 +37756,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4081 \"springls.h\"\n",
+    "#line 4083 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37758,7 +37771,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4096 \"springls.h\"\n",
+    "#line 4098 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37825,7 +37838,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4164 \"springls.h\"\n",
+    "#line 4166 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38211,7 +38224,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4551 \"springls.h\"\n",
+    "#line 4553 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38920,7 +38933,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5261 \"springls.h\"\n",
+    "#line 5263 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39180,7 +39193,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5522 \"springls.h\"\n",
+    "#line 5524 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -39382,7 +39395,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5725 \"springls.h\"\n",
+    "#line 5727 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -39499,7 +39512,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5843 \"springls.h\"\n",
+    "#line 5845 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39597,10 +39610,10 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,\n",
-    "   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi\n",
-    "   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six\n",
-    "   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k\n",
-    "   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */\n",
+    "   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign,\n",
+    "   because phi may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six\n",
+    "   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k that\n",
+    "   touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */\n",
     "SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)\n",
     "{\n",
     "    const float largest = springls__min(0.7f * h, g->far_value - 1.0f);\n",
@@ -39696,7 +39709,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6040 \"springls.h\"\n",
+    "#line 6042 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39711,7 +39724,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6056 \"springls.h\"\n",
+    "#line 6058 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39905,7 +39918,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6250 \"springls.h\"\n",
+    "#line 6252 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39920,7 +39933,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6265 \"springls.h\"\n",
+    "#line 6267 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40114,7 +40127,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7078 \"springls.h\"\n",
+    "#line 7080 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40514,7 +40527,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7478 \"springls.h\"\n",
+    "#line 7480 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40529,7 +40542,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7494 \"springls.h\"\n",
+    "#line 7496 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40558,7 +40571,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7523 \"springls.h\"\n",
+    "#line 7525 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40573,7 +40586,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7538 \"springls.h\"\n",
+    "#line 7540 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40602,10 +40615,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7568 \"springls.h\"\n",
+    "#line 7570 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7572 \"springls.h\"\n",
+    "#line 7574 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40693,7 +40706,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7661 \"springls.h\"\n",
+    "#line 7663 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40833,7 +40846,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7802 \"springls.h\"\n",
+    "#line 7804 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40938,7 +40951,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7908 \"springls.h\"\n",
+    "#line 7910 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41170,7 +41183,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8141 \"springls.h\"\n",
+    "#line 8143 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41200,7 +41213,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8171 \"springls.h\"\n",
+    "#line 8173 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41215,7 +41228,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8187 \"springls.h\"\n",
+    "#line 8189 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41384,7 +41397,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8356 \"springls.h\"\n",
+    "#line 8358 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41399,7 +41412,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8371 \"springls.h\"\n",
+    "#line 8373 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41568,7 +41581,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8540 \"springls.h\"\n",
+    "#line 8542 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41622,7 +41635,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8595 \"springls.h\"\n",
+    "#line 8597 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41648,7 +41661,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8621 \"springls.h\"\n",
+    "#line 8623 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41663,7 +41676,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8637 \"springls.h\"\n",
+    "#line 8639 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41746,7 +41759,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8720 \"springls.h\"\n",
+    "#line 8722 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41761,7 +41774,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8735 \"springls.h\"\n",
+    "#line 8737 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41844,7 +41857,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8818 \"springls.h\"\n",
+    "#line 8820 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41918,7 +41931,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8893 \"springls.h\"\n",
+    "#line 8895 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42271,7 +42284,8 @@ static const char *const springls__kernel_lines[] = {
     "   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and\n",
     "   SPRINGLS__CONCAVE. */\n",
     "SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides,\n",
-    "                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)\n",
+    "                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds,\n",
+    "                                                          int at_least)\n",
     "{\n",
     "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
     "    int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);\n",
@@ -42471,7 +42485,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9447 \"springls.h\"\n",
+    "#line 9450 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42567,7 +42581,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9544 \"springls.h\"\n",
+    "#line 9547 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42688,7 +42702,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9666 \"springls.h\"\n",
+    "#line 9669 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42969,7 +42983,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9948 \"springls.h\"\n",
+    "#line 9951 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43055,7 +43069,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10035 \"springls.h\"\n",
+    "#line 10038 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43198,7 +43212,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10179 \"springls.h\"\n",
+    "#line 10182 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43387,7 +43401,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10369 \"springls.h\"\n",
+    "#line 10372 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43512,7 +43526,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10495 \"springls.h\"\n",
+    "#line 10498 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43546,7 +43560,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10530 \"springls.h\"\n",
+    "#line 10533 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44084,7 +44098,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11069 \"springls.h\"\n",
+    "#line 11072 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44234,7 +44248,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11220 \"springls.h\"\n",
+    "#line 11223 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44312,7 +44326,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11299 \"springls.h\"\n",
+    "#line 11302 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44561,7 +44575,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11549 \"springls.h\"\n",
+    "#line 11552 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44786,7 +44800,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11775 \"springls.h\"\n",
+    "#line 11778 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44890,7 +44904,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11880 \"springls.h\"\n",
+    "#line 11883 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -44987,7 +45001,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11978 \"springls.h\"\n",
+    "#line 11981 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45525,7 +45539,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12517 \"springls.h\"\n",
+    "#line 12520 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45558,7 +45572,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12551 \"springls.h\"\n",
+    "#line 12554 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45583,14 +45597,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12577 \"springls.h\"\n",
+    "#line 12580 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12584 \"springls.h\"\n",
+    "#line 12587 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45605,7 +45619,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12600 \"springls.h\"\n",
+    "#line 12603 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45731,7 +45745,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12726 \"springls.h\"\n",
+    "#line 12729 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45746,7 +45760,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12741 \"springls.h\"\n",
+    "#line 12744 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45872,7 +45886,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12868 \"springls.h\"\n",
+    "#line 12871 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46164,7 +46178,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13161 \"springls.h\"\n",
+    "#line 13164 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46299,7 +46313,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17882 \"springls.h\"\n",
+    "#line 17885 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46785,7 +46799,8 @@ static const char *const springls__kernel_lines[] = {
     "            end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
     "            for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {\n",
     "                SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;\n",
-    "                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* springls__weigh_hits of a brick beside may be writing `weight` */\n",
+    "                /* springls__weigh_hits of a brick beside may be writing `weight` */\n",
+    "                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight;\n",
     "                if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;\n",
     "                if (all++ < SPRINGLS__LINE_HITS) {\n",
     "                    work->hit[work->hits].t = hit->t;\n",
@@ -47408,7 +47423,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18992 \"springls.h\"\n",
+    "#line 18996 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47925,7 +47940,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */\n",
-    "SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)\n",
+    "SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                              int of)\n",
     "{\n",
     "    int d;\n",
     "    for (d = 0; d < 8; d++)\n",
@@ -48034,7 +48050,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19619 \"springls.h\"\n",
+    "#line 19624 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48318,8 +48334,8 @@ static const char *const springls__kernel_lines[] = {
     "    return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));\n",
     "}\n",
     "\n",
-    "/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,\n",
-    "   or -1. Returns how many have none. */\n",
+    "/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its\n",
+    "   mate, or -1. Returns how many have none. */\n",
     "SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)\n",
     "{\n",
     "    const float alone = 0.3f;\n",
@@ -48631,7 +48647,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48635 \"springls.h\"\n",
+    "#line 48651 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -51025,7 +51041,8 @@ SPRINGLS__TOOLS_API springls_status springls_combine_implicit(springls_context *
    identity, correspondence and attributes; the others go. Where the zero level is bare near them, gaps are filled as after motion;
    where it is bare and none is near, as on a drop that has come off, springls are made as an input makes them.
 
-   Bricks in which the two level sets agree to a tolerance stay as they are, springls and all: so what rests sleeps, and does not flicker. */
+   Bricks in which the two level sets agree to a tolerance stay as they are, springls and all: so what rests sleeps, and does not
+   flicker. */
 
 /* The numbers of a follow, voxels, and the model that holds the new level set. */
 typedef struct springls__follow_job {
@@ -51128,8 +51145,8 @@ SPRINGLS__FN springls_status springls__drop_left_behind(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is one
-   at most places. */
+/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is
+   one at most places. */
 SPRINGLS__FN bool springls__is_beside_kept(const springls__follow_job *job, springls__v3 x, springls__v3 n, float radius)
 {
     const springls__model *model = &job->ctx->model;
@@ -51511,10 +51528,10 @@ SPRINGLS__TOOLS_API springls_status springls_offset(springls_context *ctx, float
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so that
-   steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
-   voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
-   not shorten steps. */
+/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so
+   that steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a voxel
+   from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do not shorten
+   steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);

@@ -489,7 +489,8 @@ SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPR
             end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
             for (at = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; at < end; at++) {
                 SPRINGLS__GLOBAL const springls__hit *hit = contour->hit + at;
-                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight; /* springls__weigh_hits of a brick beside may be writing `weight` */
+                /* springls__weigh_hits of a brick beside may be writing `weight` */
+                SPRINGLS__GLOBAL const float *weight = weighed ? &hit->weight : &hit->own_weight;
                 if (hit->t < low || hit->t >= high || hit->own_weight <= least) continue;
                 if (all++ < SPRINGLS__LINE_HITS) {
                     work->hit[work->hits].t = hit->t;

@@ -518,7 +518,8 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
 }
 
 /* Returns whether a brick, or any that shares the upper borders of its cells, has crossings or arcs. */
-SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick, int of)
+SPRINGLS__MATHS bool springls__has_some_beside(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int of)
 {
     int d;
     for (d = 0; d < 8; d++)

@@ -285,8 +285,8 @@ SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, cons
     return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));
 }
 
-/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
-   or -1. Returns how many have none. */
+/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its
+   mate, or -1. Returns how many have none. */
 SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
 {
     const float alone = 0.3f;

@@ -101,10 +101,10 @@ SPRINGLS__MATHS springls__v3 springls__world_curvature_velocity(const springls__
 }
 
 /* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,
-   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
-   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
-   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
-   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
+   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign,
+   because phi may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
+   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k that
+   touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
 SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 normal, float h)
 {
     const float largest = springls__min(0.7f * h, g->far_value - 1.0f);

@@ -357,7 +357,8 @@ SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRING
    sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
    SPRINGLS__CONCAVE. */
 SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides,
-                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds,
+                                                          int at_least)
 {
     springls__fit_result fit[SPRINGLS__SIDES], result;
     int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);

@@ -600,7 +600,8 @@ SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *c
 }
 
 /* Returns where the zero level crosses an edge of the cube at `at`. */
-SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3], int edge)
+SPRINGLS__FN springls__v3 springls__initial_crossing(const springls__initial_cubes *cubes, springls__mc_cell cell, const int at[3],
+                                                      int edge)
 {
     const springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
     return springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);

@@ -197,7 +197,8 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left unfinished. */
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left
+   unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
                                                           bool balanced, bool may_overlap)
 {

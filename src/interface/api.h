@@ -969,9 +969,9 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
-   ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
-   SPRINGLS_INTEGRATOR_EULER. */
+/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of
+   the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS OF PLACE). Included are errors of splits and fills, of
+   Runge-Kutta steps and of rounding, not those of forces nor of SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
     float place;          /* from the particle to where the motion takes its correspondence                          */
     float correspondence; /* on the original surface: from it to where the particle has come from                    */
@@ -1059,8 +1059,9 @@ typedef enum springls_operation {
      the other operations bodies are found again.
    - Memory grows by the other's original surface, some 80 bytes a triangle. Whenever 16384 have come, those go that no springl's
      correspondence on the same tool is near (1 voxel): so it is bounded by the springls that there are, however often one place is
-     cut. The rest keep their numbers. springls_set_reference begins anew with the present springls, in the same memory. Besides, room for a copy of springls and level set, to go back on failure, stays for the next
-     combination until springls_destroy. It is kept because the first use of fresh memory takes about as long as the copy itself.
+     cut. The rest keep their numbers. springls_set_reference begins anew with the present springls, in the same memory. Besides, room for a
+     copy of springls and level set, to go back on failure, stays for the next combination until springls_destroy. It is kept because the
+     first use of fresh memory takes about as long as the copy itself.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After any other failure the model is as it was before. The same as springls_combine_begin and one springls_combine_continue. */
@@ -1094,8 +1095,8 @@ SPRINGLS_API springls_status springls_combine_continue(springls_context *ctx, do
 SPRINGLS_API bool springls_combine_in_progress(const springls_context *ctx);
 #endif
 
-/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls that
-   have just been made at `count` world points. Called on the caller's thread. */
+/* Writes one row of values, `channels` floats, a point into `out` for attribute number `attribute` (springls_find_attribute) of springls
+   that have just been made at `count` world points. Called on the caller's thread. */
 typedef void (*springls_values_fn)(void *user, int attribute, const float *points, int count, float *out);
 
 /* Describes the level set that springls_follow_level_set follows. Zero all of it, and set fn or phi. */
@@ -1281,7 +1282,8 @@ typedef struct springls_tiling_report {
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
    that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
    report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
-   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling
+   is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 

@@ -329,10 +329,10 @@
    The watertight surface of params.contouring = SPRINGLS_CONTOURING_LEVEL_SET is the zero level of phi, by marching cubes. It rounds edges
    off, serrates rims, and loses sheets thinner than a voxel or two, while springls hold all of these.
 
-   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls hold.
-   Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they meet it,
-   and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner than a
-   voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
+   With SPRINGLS_CONTOURING_SPRINGLS springls_extract_mesh, _chunks, _measure, _closest, _raycast and _sample_inside show what springls
+   hold. Their planes are intersected with the lines of the grid; along each line the cheapest sequence of in and out explains where they
+   meet it, and phi decides where there are no springls. An edge of the grid may be crossed several times, so that a sheet may be thinner
+   than a voxel. In faces and cells of the grid the surface gets corners where springls differ by more than 37 degrees. The mesh is
 
      - closed, also at the border of the grid, and oriented; each vertex has one fan of triangles; no triangles of a cell cross each other,
        and those of different cells cannot. Where springls contradict each other it may have specks and handles;
@@ -342,15 +342,15 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and until
-   springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
+   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and
+   until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh, of which a call with few of them makes no more than it needs: of a ball of 17,600 springls a
-   pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of
-   the grid has it more than half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update
-   makes the mesh again where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than
-   the tolerance from the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all
-   takes some 50 ms, and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice,
-   and .7 KB a brick twice.
+   pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of the grid has it more than
+   half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update makes the mesh again
+   where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than the tolerance from
+   the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all takes some 50 ms,
+   and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice, and .7 KB a brick
+   twice.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its

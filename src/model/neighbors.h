@@ -6,8 +6,9 @@
 #include "../runtime/resumable.h"
 #include "cell_bricks.h"
 
-/* Builds the lists where they are used up: one build serves resample_period + 1 relaxations, because neighbours move together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
-   reason). Springls that have woken since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
+/* Builds the lists where they are used up: one build serves resample_period + 1 relaxations, because neighbours move together, and the
+   closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same reason). Springls that have woken
+   since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     springls__arguments args;

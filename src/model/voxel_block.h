@@ -62,7 +62,8 @@ SPRINGLS__FN float springls__block_sample(const springls__voxel_block *block, sp
 /* Returns the difference of the samples at x + (dx, dy, dz) and x - (dx, dy, dz), and their sum. */
 SPRINGLS__FN float springls__block_difference(const springls__voxel_block *block, springls__v3 x, springls__v3 step, float *sum)
 {
-    const float before = springls__block_sample(block, springls__sub(x, step)), after = springls__block_sample(block, springls__add(x, step));
+    const float before = springls__block_sample(block, springls__sub(x, step));
+    const float after = springls__block_sample(block, springls__add(x, step));
     *sum = before + after;
     return after - before;
 }

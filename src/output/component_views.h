@@ -85,8 +85,9 @@ SPRINGLS__EVENTS_API springls_status springls_component_of(springls_context *ctx
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__prepare_labels(ctx, &labels)));
     for (i = 0; i < count; i++) {
         const float *x = points + 3 * (size_t)i;
-        const int32_t body = springls__contours_springls(ctx) ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
-                                                              : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
+        const int32_t body = springls__contours_springls(ctx)
+                               ? springls__contoured_body_at(ctx, springls__world_to_model(ctx, x))
+                               : springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, x));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;

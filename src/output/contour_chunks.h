@@ -27,8 +27,9 @@ typedef struct springls__contour_vertex {
 } springls__contour_vertex;
 
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
-   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a vertex of it is; beside_changed: whether
-   one of the bricks around is, or it itself. evidence: phi of its voxels (springls__evidence_of). */
+   the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
+   vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
+   (springls__evidence_of). */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
@@ -110,8 +111,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
 
 enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
 
-/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong to
-   one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong
+   to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
 SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
 {
     return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
@@ -143,8 +144,8 @@ SPRINGLS__FN int springls__compare_contour_bricks(const void *first, const void 
     return chunks ? chunks : springls__compare_places(a->at.at, b->at.at);
 }
 
-/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid is
-   in the chunk at the border. */
+/* Returns the place of the chunk that has the triangles of the brick at a place of the lattice: what begins beyond the border of the grid
+   is in the chunk at the border. */
 SPRINGLS__FN springls__lattice_brick springls__chunk_of_place(const springls_context *ctx, const int at[3])
 {
     springls__lattice_brick chunk;

@@ -143,8 +143,8 @@ SPRINGLS__FN springls_status springls__contour_insides(springls_context *ctx, co
     if (springls__may_query_nearby(ctx, count)) {
         for (i = 0; i < count; i++) {
             springls__surface_hit h;
-            SPRINGLS__TRY(springls__nearby_ray(ctx, count, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(), 1e18f,
-                                               &h));
+            SPRINGLS__TRY(springls__nearby_ray(ctx, count, springls__world_to_model(ctx, points + 3 * (size_t)i), springls__way_out(),
+                                               1e18f, &h));
             out[i] = springls__comes_from_inside(ctx, &h);
         }
         return SPRINGLS_OK;

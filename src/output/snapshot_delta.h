@@ -239,7 +239,8 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_patch(springls_context
     if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot_patch: %lu bytes are needed, not %lu", (unsigned long)*size,
                               (unsigned long)capacity);
-    if (springls__delta_apply((const char *)base, base_size / 4, (const char *)delta, delta_size, (char *)out, *size / 4)) return SPRINGLS_OK;
+    if (springls__delta_apply((const char *)base, base_size / 4, (const char *)delta, delta_size, (char *)out, *size / 4))
+        return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "snapshot_patch: the difference is cut short or altered");
 }
 

@@ -31,8 +31,8 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return ctx->step.active ? SPRINGLS_OK : springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working memory begin
-   with this. */
+/* Ends the step, the update of chunks or the combination that is in progress, if any. Calls that change the model or need its working
+   memory begin with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */

@@ -690,7 +690,8 @@ SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__r
         tri.c = mesh->positions[corner[2]];
         area = springls__scale(springls__tri_area2(tri), 1e-4f); /* beside a unit normal it is nothing */
         for (k = 0; k < 3; k++)
-            if (springls__length2(mesh->normals[corner[k]]) < 0.5f) mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
+            if (springls__length2(mesh->normals[corner[k]]) < 0.5f)
+                mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
     }
     for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
 }

@@ -287,8 +287,8 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
     }
 }
 
-/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four times
-   the area. */
+/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four
+   times the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;

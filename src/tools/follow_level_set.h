@@ -3,7 +3,8 @@
    identity, correspondence and attributes; the others go. Where the zero level is bare near them, gaps are filled as after motion;
    where it is bare and none is near, as on a drop that has come off, springls are made as an input makes them.
 
-   Bricks in which the two level sets agree to a tolerance stay as they are, springls and all: so what rests sleeps, and does not flicker. */
+   Bricks in which the two level sets agree to a tolerance stay as they are, springls and all: so what rests sleeps, and does not
+   flicker. */
 #ifndef SPRINGLS__TOOLS_FOLLOW_LEVEL_SET_H
 #define SPRINGLS__TOOLS_FOLLOW_LEVEL_SET_H
 
@@ -112,8 +113,8 @@ SPRINGLS__FN springls_status springls__drop_left_behind(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is one
-   at most places. */
+/* Returns whether a springl that has been kept lies within a radius of x and faces as n does. Looks right beside x first, where there is
+   one at most places. */
 SPRINGLS__FN bool springls__is_beside_kept(const springls__follow_job *job, springls__v3 x, springls__v3 n, float radius)
 {
     const springls__model *model = &job->ctx->model;

@@ -204,10 +204,10 @@ SPRINGLS__TOOLS_API springls_status springls_offset(springls_context *ctx, float
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so that
-   steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
-   voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
-   not shorten steps. */
+/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so
+   that steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a voxel
+   from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do not shorten
+   steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
