@@ -7500,7 +7500,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NU
 {
     SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);
     SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);
-    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM r = lo / SPRINGLS__W(max)(hi, SPRINGLS__W(broadcast)(1.17549435e-38f)); /* the least normal number: never 0 / 0 */
     SPRINGLS__NUM s = r * r;
     SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
                          + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
@@ -7544,7 +7544,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NU
 {
     SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);
     SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);
-    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM r = lo / SPRINGLS__W(max)(hi, SPRINGLS__W(broadcast)(1.17549435e-38f)); /* the least normal number: never 0 / 0 */
     SPRINGLS__NUM s = r * r;
     SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
                          + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
@@ -26436,12 +26436,14 @@ SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *poi
 }
 
 /* Returns the side of all places within `half` of x, if an open surface is further from x than `distance` and that is certain; else 0. Its
-   winding number is harmonic there and between 0 and 1, so by Harnack's inequality it is no more than so many times that at x, and less
-   than the twentieth that does not count. */
+   winding number is harmonic there. Where it is between 0 and 1, too, Harnack's inequality has it that it is no more than so many times that
+   at x, and so less than the twentieth that does not count. It is not where the surface overlaps itself or is inside out: what is beyond
+   0 and 1 by more than directed areas leave open is not decided. */
 SPRINGLS__FN float springls__open_side_around(const springls__mesh_distance *m, springls__v3 x, float distance, float half)
 {
     const float q = half / distance, times = (1.0f + q) / ((1.0f - q) * (1.0f - q));
     const float w = springls__surface_winding(m->surface, x, 2.5f);
+    if (w < -0.01f || w > 1.01f) return 0.0f;
     return times * w < 0.05f ? 1.0f : times * (1.0f - w) < 0.05f ? -1.0f : 0.0f;
 }
 
@@ -35505,13 +35507,13 @@ SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s
     return true;
 }
 
-/* Returns whether the first triangles of tools ascend. */
+/* Returns whether the first triangles of tools ascend, and are there. */
 SPRINGLS__FN bool springls__tools_good(const springls__snapshot_state *s, const char *data)
 {
     int i, before = 0;
     for (i = 0; i < s->original_tools; i++) {
         const int first = springls__int_at(data, (size_t)i);
-        if (first <= before || first > s->original) return false;
+        if (first <= before || first >= s->original) return false;
         before = first;
     }
     return true;
@@ -40550,7 +40552,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);\n",
     "    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);\n",
-    "    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM r = lo / SPRINGLS__W(max)(hi, SPRINGLS__W(broadcast)(1.17549435e-38f)); /* the least normal number: never 0 / 0 */\n",
     "    SPRINGLS__NUM s = r * r;\n",
     "    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
     "                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
@@ -40594,7 +40596,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);\n",
     "    SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);\n",
-    "    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__NUM r = lo / SPRINGLS__W(max)(hi, SPRINGLS__W(broadcast)(1.17549435e-38f)); /* the least normal number: never 0 / 0 */\n",
     "    SPRINGLS__NUM s = r * r;\n",
     "    SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
     "                         + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
@@ -48647,7 +48649,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48651 \"springls.h\"\n",
+    "#line 48653 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -49817,6 +49819,7 @@ SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_
     to->source = (int *)to->source_memory.data;
     to->given = ctx->original.given + both->other->given;
     to->count = both->count;
+    if (to->joints && to->joint[to->joints - 1] == to->count) to->joints--; /* none of that tool are there */
     to->dipoles = NULL;
     springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count);
 }
@@ -50708,7 +50711,7 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     const springls__combination *c = ctx->step.combination;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
     memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
-    ctx->model.grid.some_asleep = 0; /* until phi has changed, who sleeps is not asked for */
+    ctx->model.grid.some_asleep = 0; /* or compacting would find who sleeps in vain: level_sets_combined does, and nothing asks before */
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));

@@ -963,7 +963,8 @@ class Tiling:
         velocity(points, time, label, facing) -> (n, 3), pressure(points, normals, time, label, facing) -> (n,): of springls of one
         label, which face `facing` (n,); places in voxels. tension: surface tension; tension_of(low, high): its factor between two
         labels. film(low, high) -> ('part' or 'join', thickness in voxels): what becomes of two that come near each other. held: the
-        array of `hold`, whose volumes are held. Other keywords: members of springls_tiling_step_desc.
+        array of `hold`, whose volumes are held. Other keywords: members of springls_tiling_step_desc, as region_lower and region_upper,
+        voxels, the box outside which velocity and pressure move nothing.
 
         >>> tiling = Tiling((32, 32, 32))
         >>> def half(side): return lambda x: np.maximum(np.linalg.norm(x - 16, axis=1) - 8, side * (x[:, 0] - 16))

@@ -5,7 +5,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atan2)(SPRINGLS__NUM y, SPRINGLS__NU
 {
     SPRINGLS__NUM ax = SPRINGLS__W(fabs)(x), ay = SPRINGLS__W(fabs)(y);
     SPRINGLS__NUM hi = SPRINGLS__W(max)(ax, ay), lo = SPRINGLS__W(min)(ax, ay);
-    SPRINGLS__NUM r = SPRINGLS__W(select)(hi > 0.0f, lo / hi, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__NUM r = lo / SPRINGLS__W(max)(hi, SPRINGLS__W(broadcast)(1.17549435e-38f)); /* the least normal number: never 0 / 0 */
     SPRINGLS__NUM s = r * r;
     SPRINGLS__NUM a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
                          + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));

@@ -244,13 +244,13 @@ SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s
     return true;
 }
 
-/* Returns whether the first triangles of tools ascend. */
+/* Returns whether the first triangles of tools ascend, and are there. */
 SPRINGLS__FN bool springls__tools_good(const springls__snapshot_state *s, const char *data)
 {
     int i, before = 0;
     for (i = 0; i < s->original_tools; i++) {
         const int first = springls__int_at(data, (size_t)i);
-        if (first <= before || first > s->original) return false;
+        if (first <= before || first >= s->original) return false;
         before = first;
     }
     return true;

@@ -661,7 +661,7 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     const springls__combination *c = ctx->step.combination;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
     memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
-    ctx->model.grid.some_asleep = 0; /* until phi has changed, who sleeps is not asked for */
+    ctx->model.grid.some_asleep = 0; /* or compacting would find who sleeps in vain: level_sets_combined does, and nothing asks before */
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));

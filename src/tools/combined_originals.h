@@ -316,6 +316,7 @@ SPRINGLS__FN void springls__hierarchy_end(springls_context *ctx, springls__both_
     to->source = (int *)to->source_memory.data;
     to->given = ctx->original.given + both->other->given;
     to->count = both->count;
+    if (to->joints && to->joint[to->joints - 1] == to->count) to->joints--; /* none of that tool are there */
     to->dipoles = NULL;
     springls__bvh_hang(to, (springls__bvh_item *)both->items.data, to->node_count);
 }

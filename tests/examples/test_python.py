@@ -250,6 +250,21 @@ class Right(unittest.TestCase):
         self.assertEqual(tiling.measure()['label'].tolist(), [4, 9, 12])
         tiling.restore(saved)
         self.assertEqual(tiling.state_hash, before)
+        asked.clear()
+
+        def flow_in_region(points, time, label, facing):
+            asked.add((label, bool((points[:, 0] <= 9.5).all())))
+            return np.full_like(points, (0.25, 0, 0))
+        region = {'region_lower': (1, 1, 1), 'region_upper': (9.5, 5.5, 22)}   # the body 12, and some of 9
+        tiling.step(dt=1, velocity=flow_in_region, integrator='euler', **region)
+        self.assertIn((12, True), asked)
+        self.assertEqual({inside for label, inside in asked}, {True})
+        for wrong in ({'region_lower': (1, 1)[0]}, {'region_upper': (9, 5, 22, 1)}):
+            with self.assertRaises((TypeError, IndexError)):
+                tiling.step(dt=1, velocity=flow, **wrong)
+        with self.assertRaises(springls.Error):
+            tiling.step(dt=1, tension=1, **region)
+        tiling.restore(saved)
         with self.assertRaises(ZeroDivisionError):
             tiling.step(dt=1, tension=1, tension_of=lambda low, high: 1 / 0)
         for film in (lambda low, high: 1 / 0, lambda low, high: ('melt', 0.5), lambda low, high: 'join', lambda low, high: ('join', None)):

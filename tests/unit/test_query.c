@@ -119,6 +119,48 @@ TEST packets_are_as_exact(void)
     PASS();
 }
 
+/* Eight packets that go down together, as those of voxels: near the winding numbers of single places. */
+TEST eight_packets_are_as_exact(void)
+{
+    enum { PACKETS = 8 };
+    springls_context *ctx = make_context(8, NULL, NULL, NULL);
+    springls__surface surface;
+    double sum = 0.0;
+    int i, p, k;
+    memset(&surface, 0, sizeof surface);
+    make_soup();
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup_springls, SOUP));
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_make_dipoles(ctx, &surface));
+    for (i = 0; i < 100; i++) {
+        const springls__v3 corner = random_point(80.0f);
+        springls__packet packets[PACKETS];
+        float w[PACKETS][SPRINGLS__PACKET], alone[1][SPRINGLS__PACKET];
+        for (p = 0; p < PACKETS; p++) {
+            for (k = 0; k < SPRINGLS__PACKET; k++) {
+                packets[p].x[k] = corner.x + (float)(2 * (p & 1) + (k & 1));
+                packets[p].y[k] = corner.y + (float)(2 * (p >> 1 & 1) + (k >> 1 & 1));
+                packets[p].z[k] = corner.z + (float)(2 * (p >> 2) + (k >> 2));
+            }
+            springls__packet_bound(&packets[p]);
+        }
+        springls__packets_winding(&surface, packets, PACKETS, 2.5f, w);
+        for (p = 0; p < PACKETS; p++) {
+            springls__packets_winding(&surface, &packets[p], 1, 2.5f, alone);
+            for (k = 0; k < SPRINGLS__PACKET; k++) {
+                const springls__v3 x = springls__v3_make(packets[p].x[k], packets[p].y[k], packets[p].z[k]);
+                const float exact = springls__surface_winding(&surface, x, 16.0f);
+                ASSERT_IN_RANGE(exact, w[p][k], 0.05f);
+                ASSERT_IN_RANGE(exact, alone[0][k], 0.05f);
+                sum += fabs((double)(w[p][k] - exact));
+            }
+        }
+    }
+    ASSERT_LT(sum / (100 * PACKETS * SPRINGLS__PACKET), 0.005);
+    springls__surface_free(ctx, &surface);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST rays_are_exact(void)
 {
     springls_context *ctx = make_context(8, NULL, NULL, NULL);
@@ -578,6 +620,7 @@ SUITE(triangles)
 {
     RUN_TEST(closest_is_exact);
     RUN_TEST(packets_are_as_exact);
+    RUN_TEST(eight_packets_are_as_exact);
     RUN_TEST(rays_are_exact);
 }
 

@@ -1,4 +1,6 @@
 /* test_set_mesh.c - clean meshes into springls and a level set. */
+#include "fixtures.h"
+#include "../../src/model/mesh_distance.h"
 #include "set_mesh.h"
 
 /* ---- clean meshes ---- */
@@ -331,6 +333,96 @@ TEST huge_triangles_in_a_small_grid(void)
     PASS();
 }
 
+/* ---- open meshes ---- */
+
+/* Adds an open cup, or one that is inside out. */
+static void add_cup(double x, double y, double z, double r, double share, bool inverted)
+{
+    const int first = triangles;
+    int t;
+    add_sphere(x, y, z, r, 24, 12, share);
+    for (t = first; t < triangles && inverted; t++) turn_triangle(t);
+}
+
+/* Makes a surface of the mesh as it is. */
+static springls_status mesh_surface(springls_context *of, springls__surface *surface)
+{
+    springls__springl *s = (springls__springl *)calloc((size_t)triangles, sizeof *s);
+    springls_status status;
+    int i;
+    for (i = 0; i < 3 * triangles; i++) s[i / 3].q[i % 3] = springls__load3(position + 3 * triangle[i]);
+    memset(surface, 0, sizeof *surface);
+    status = springls__surface_build(of, surface, s, triangles);
+    free(s);
+    return status == SPRINGLS_OK ? springls__surface_make_dipoles(of, surface) : status;
+}
+
+/* Open meshes that overlap themselves, or are inside out, wind around places any number of times. Voxels have the side of single places,
+   also where that of a whole block is decided at once; `winding` is one that is there, so that the case is what it is meant to be. */
+TEST voxels_have_the_sides_of_places(float winding)
+{
+    const float band = 4.0f, at_once = band + 0.1f;
+    const int bricks = 6;
+    springls_desc desc = cube(8);
+    springls__surface surface;
+    springls__mesh_distance m;
+    float nearest = 1.0f;
+    int b, i, far_away = 0;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(mesh_surface(ctx, &surface));
+    m.surface = m.nearest = &surface;
+    m.balanced = false;
+    m.band = band;
+    for (b = 0; b < bricks * bricks * bricks; b += 5) { /* saves time */
+        springls__v3 x[SPRINGLS__BRICK_VOXELS];
+        float out[SPRINGLS__BRICK_VOXELS];
+        for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++)
+            x[i] = springls__v3_make((float)(b % bricks * 8 + i % 8), (float)(b / bricks % bricks * 8 + i / 8 % 8),
+                                     (float)(b / bricks / bricks * 8 + i / 64));
+        springls__mesh_signed_distance(&m, x, SPRINGLS__BRICK_VOXELS, out);
+        for (i = b % 11; i < SPRINGLS__BRICK_VOXELS; i += 11) {
+            const float w = springls__surface_winding(&surface, x[i], 8.0f), side = springls__open_side_of_winding(w);
+            nearest = springls__min(nearest, springls__fabs(w - winding));
+            if (springls__fabs(out[i]) == at_once) {
+                ASSERT_IN_RANGE(side, out[i] / at_once, 0.02f);
+                far_away++;
+            } else {
+                const springls__surface_hit h = springls__surface_closest(&surface, x[i], band + 3.0f);
+                const float d = h.triangle < 0 ? band + 3.0f : springls__sqrt(h.hit.d2);
+                ASSERT_IN_RANGE(side * d, out[i], 0.15f * d);
+            }
+        }
+    }
+    ASSERT_LT(nearest, 0.05f);
+    ASSERT_GT(far_away, 50);
+    springls__surface_free(ctx, &surface);
+    springls_destroy(ctx);
+    PASS();
+}
+
+TEST open_meshes_that_are_no_solids(void)
+{
+    int second;
+    clear_mesh(); /* a cup within a cup */
+    add_cup(24.2, 24.3, 24.1, 21.0, 0.8, false);
+    add_cup(24.2, 24.3, 24.1, 13.0, 0.8, false);
+    CHECK_CALL(voxels_have_the_sides_of_places(1.9f));
+    clear_mesh(); /* inside out */
+    add_cup(24.2, 24.3, 24.1, 20.0, 0.8, true);
+    CHECK_CALL(voxels_have_the_sides_of_places(-0.9f));
+    clear_mesh(); /* one within the other, and inside out */
+    add_cup(24.2, 24.3, 24.1, 21.0, 0.8, false);
+    add_cup(24.2, 24.3, 24.1, 13.0, 0.5, true);
+    CHECK_CALL(voxels_have_the_sides_of_places(0.5f));
+    for (second = 0; second < 2; second++) { /* one above the other, of opposite orientation: between them the winding number crosses 0 */
+        clear_mesh();
+        add_cup(24.2, 24.3, 4.0 + second, 14.0, 0.5, false);
+        add_cup(24.2, 24.3, 36.0 + second, 14.0 - 2.0 * second, 0.7, true);
+        CHECK_CALL(voxels_have_the_sides_of_places(0.0f));
+    }
+    PASS();
+}
+
 SUITE(clean)
 {
     RUN_TEST(sphere_is_exact);
@@ -348,6 +440,7 @@ SUITE(clean)
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
     RUN_TEST(huge_triangles_in_a_small_grid);
+    RUN_TEST(open_meshes_that_are_no_solids);
 }
 
 GREATEST_MAIN_DEFS();

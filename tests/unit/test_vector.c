@@ -220,6 +220,54 @@ TEST lanes_are_single_vectors(void)
     PASS();
 }
 
+/* Adds to x what lies so far along each axis of a triangle: along ab, along ac, and along its normal. */
+static springls__v3 beside(springls__tri t, float u, float v, float height)
+{
+    const springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a);
+    return springls__mad(springls__mad(springls__mad(t.a, ab, u), ac, v), springls__normalize(springls__cross(ab, ac)), height);
+}
+
+/* Distances to the closest point of a triangle have the bits of single places over its face, edges and corners (the regions of u and v), and
+   where it has no area: a point, a segment, corners on a line, and so thin that n^2 <= 1e-20. */
+TEST lanes_are_closest_points(void)
+{
+    static const float along[] = { -0.7f, 0.0f, 0.2f, 0.4f, 1.0f, 1.8f };
+    enum { ALONG = sizeof along / sizeof along[0] };
+    float x[3][MAX_LANES], one[MAX_LANES];
+    int i, k, lane, regions[3] = { 0, 0, 0 }, flat = 0;
+    fixture_seed(9);
+    for (i = 0; i < 3000; i++) {
+        springls__tri t;
+        t.a = fixture_point(-2.0f, 2.0f);
+        t.b = i % 8 == 1 ? t.a : fixture_point(-2.0f, 2.0f);
+        t.c = i % 16 == 1 ? t.a : i % 8 == 2 ? springls__lerp(t.a, t.b, fixture_between(-1.0f, 2.0f)) : fixture_point(-2.0f, 2.0f);
+        if (i % 8 == 3) t.c = springls__mad(t.b, fixture_direction(), 1e-11f);
+        if (i % 8 == 4) { /* tiny all around */
+            t.b = springls__scale(fixture_direction(), 1e-6f);
+            t.c = springls__scale(fixture_direction(), 1e-6f);
+            t.a = springls__v3_make(0.0f, 0.0f, 0.0f);
+        }
+        flat += springls__length2(springls__tri_area2(t)) <= 1e-20f;
+        for (k = 0; k < ALONG * ALONG; k += MAX_LANES) {
+            for (lane = 0; lane < MAX_LANES; lane++) {
+                const int n = (k + lane) % (ALONG * ALONG);
+                const springls__v3 p = beside(t, along[n % ALONG], along[n / ALONG], i % 3 ? fixture_between(-1.0f, 1.0f) : 0.0f);
+                const springls__tri_hit hit = springls__tri_closest(t, p);
+                x[0][lane] = p.x;
+                x[1][lane] = p.y;
+                x[2][lane] = p.z;
+                one[lane] = hit.d2;
+                regions[(hit.bary[0] > 0.0f) + (hit.bary[1] > 0.0f) + (hit.bary[2] > 0.0f) - 1]++;
+            }
+            for (lane = 0; lane < MAX_LANES; lane += SPRINGLS__LANES)
+                ASSERT(lanes_are(springls__vec_tri_closest2(t, springls__vec_load_v3(x[0] + lane, x[1] + lane, x[2] + lane)), one + lane));
+        }
+    }
+    ASSERT_GT(flat, 1000);
+    for (k = 0; k < 3; k++) ASSERT_GT(regions[k], 5000); /* corners, edges, face */
+    PASS();
+}
+
 SUITE(vector)
 {
     RUN_TEST(exp_is_accurate);
@@ -233,6 +281,7 @@ SUITE(vector)
     RUN_TEST(trilinear_is_exact);
     RUN_TEST(lanes_are_single_numbers);
     RUN_TEST(lanes_are_single_vectors);
+    RUN_TEST(lanes_are_closest_points);
 }
 
 GREATEST_MAIN_DEFS();
