@@ -297,12 +297,15 @@ static float ring_at(const float p[3], float radius)
     return sqrtf(around * around + (p[2] - 20) * (p[2] - 20)) - radius - 0.1f * (p[0] - 10);
 }
 
+/* Counts the voxels whose side has changed, from x = lo on. */
 static int count_changes(const float *phi, const float *before, int lo)
 {
     int changes = 0;
     for (int n = 0; n < ROOM * ROOM * ROOM; ++n) { changes += n % ROOM >= lo && (phi[n] < 0.0f) != (before[n] < 0.0f); }
     return changes;
 }
+
+enum { ON_SURFACE = (22 * ROOM + 20) * ROOM + 28 }; /* a voxel beside the plate */
 
 /* A ring is cut where it is thinnest, two that share a place once each; a body without handles stays as it is to the bit; the small
  * tunnel of a plate is closed where films may be as large. */
@@ -321,7 +324,7 @@ TEST handles_are_cut_where_they_are_thin_and_small_tunnels_are_closed(void)
             const float ring = ring_at(p, 2), plate = fmaxf(fmaxf(fabsf(p[0] - 20), fabsf(p[1] - 20)) - 12, fabsf(p[2] - 20) - 1.5f);
             const float bored = plate > 0 && hole < 0 ? hypotf(plate, hole) : fmaxf(plate, -hole);
             const float shapes[4] = {ball_at(p, 20, 20, 20, 9), ring, fminf(ring, ring_at(turned, 2)), bored};
-            before[n] = phi[n] = shapes[shape < 4 ? shape : 3];
+            before[n] = phi[n] = shape > 2 && n == ON_SURFACE ? 0.0f : shapes[shape < 4 ? shape : 3];
         }
         ASSERT_EQ(shape == 0 ? 1 : shape == 2 ? -2 : 0, solid_euler(&grid, phi));
         ASSERT(solid_cut_handles(&grid, phi, NULL, shape == 3 ? 16 : 0, &handles));
@@ -332,6 +335,7 @@ TEST handles_are_cut_where_they_are_thin_and_small_tunnels_are_closed(void)
         if (shape == 0) ASSERT_MEM_EQ(before, phi, count * sizeof *phi);
         if (shape == 1) ASSERT_EQ(0, count_changes(phi, before, 15)); /* the thin side */
         if (shape == 3) ASSERT(handles.filled > 0 && handles.filled <= 16 && handles.cut == 0);
+        if (shape == 3) ASSERT_EQ(0, count_changes(phi, before, 22)); /* beyond the hole, also where phi is 0 */
         if (shape == 4) ASSERT(handles.cut > 9 && handles.filled == 0);
     }
     free(phi);
@@ -493,6 +497,40 @@ TEST inner_skins_are_dropped(void)
     PASS();
 }
 
+/* A body with a skin inside, each triangle with corners of its own: it is still one skin. Without the last triangle of each it is an
+ * open lining, and with the three sides of a rim a lining that belongs to the body's closed surface: these stay. */
+TEST seams_are_no_borders_of_skins_and_linings_stay(void)
+{
+    static const int rim[] = {0, 3, 7, 0, 7, 4, 3, 2, 6, 3, 6, 7, 2, 0, 4, 2, 4, 6};
+    for (int shape = 0; shape < 3; ++shape) { /* a skin, an open lining, one with a rim */
+        float places[36], positions[3 * 42];
+        int surface[42], triangles[42], used = 0;
+        for (int i = 0; i < 36; ++i) places[i] = i < 12 ? corners[i] : 0.25f + 0.9f * (corners[i % 12] - 0.25f);
+        for (int i = 0; i < 24; ++i) {
+            if (shape > 0 && i % 12 > 8) continue;
+            surface[used++] = i < 12 ? tetrahedra[i] : 4 + tetrahedra[i % 3 == 0 ? i - 12 : i % 3 == 1 ? i - 11 : i - 13];
+        }
+        for (int i = 0; shape == 2 && i < 18; ++i) surface[used++] = rim[i];
+        for (int i = 0; i < used; ++i) {
+            memcpy(positions + 3 * i, places + 3 * surface[i], 3 * sizeof *positions);
+            triangles[i] = i;
+        }
+        if (shape == 0) positions[0] = -0.0f; /* the same place as 0 */
+        int count = used / 3;
+        struct mesh_check check;
+        ASSERT(mesh_check(places, 8, surface, count, &check));
+        ASSERT_EQ(shape == 1 ? 6 : 0, check.open_edges);
+        ASSERT_EQ(shape == 0 ? 1 : 0, mesh_drop_inner_skins(positions, used, triangles, &count));
+        ASSERT_EQ(shape == 0 ? 4 : used / 3, count);
+        for (int i = 0; i < 3 * count; ++i) ASSERT_EQ(i, triangles[i]);
+        /* The lining as a chart of its own, with a seam along the rim. */
+        for (int i = 0; i < used; ++i) triangles[i] = surface[i] + (i >= 18 && shape == 2 && surface[i] > 3 ? 4 : 0);
+        count = used / 3;
+        ASSERT_EQ(shape == 0 ? 1 : 0, mesh_drop_inner_skins(places, 12, triangles, &count));
+    }
+    PASS();
+}
+
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
@@ -511,6 +549,7 @@ int main(int argc, char **argv)
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
     RUN_TEST(inner_skins_are_dropped);
+    RUN_TEST(seams_are_no_borders_of_skins_and_linings_stay);
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();
 }

@@ -110,7 +110,8 @@ static void take(struct growth *g, int at)
     g->taken[at] = 1;
     for (int k = 0; k < 27; ++k) {
         const int next = at + g->step[k];
-        if (!g->taken[next] && g->side * g->phi[next] < 0.0f && g->heap.at[next] < 0 && !on_border(g->grid, next)) {
+        const bool on_side = (g->phi[next] < 0.0f) == (g->side > 0.0f); /* phi 0 is outside */
+        if (!g->taken[next] && on_side && g->heap.at[next] < 0 && !on_border(g->grid, next)) {
             voxel_heap_push(&g->heap, next, g->side * g->phi[next] - (g->limbs && g->limbs[next] ? FIRST : 0.0f));
         }
     }

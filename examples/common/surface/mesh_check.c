@@ -450,25 +450,82 @@ static bool lies_within(const float inner[6], const float outer[6])
     return within;
 }
 
+/* A vertex, and its place with one zero only. */
+struct placed {
+    float place[3];
+    int vertex;
+};
+
+static int compare_places(const void *a, const void *b)
+{
+    const struct placed *p = a, *q = b;
+    const int order = memcmp(p->place, q->place, sizeof p->place);
+    return order != 0 ? order : (p->vertex > q->vertex) - (p->vertex < q->vertex);
+}
+
+/* Returns the triangles with one vertex for each place, as those of a mesh without seams; NULL: memory. */
+static int *join_seams(const float *positions, int vertex_count, const int *triangles, int triangle_count)
+{
+    struct placed *placed = malloc(((size_t)vertex_count + 1) * sizeof *placed);
+    int *first = malloc(((size_t)vertex_count + 1) * sizeof *first); /* of each vertex: the first one at its place */
+    int *joined = malloc((3 * (size_t)triangle_count + 1) * sizeof *joined);
+    const bool good = placed && first && joined;
+    for (int v = 0; good && v < vertex_count; ++v) {
+        for (int k = 0; k < 3; ++k) { placed[v].place[k] = positions[3 * v + k] + 0.0f; } /* -0 becomes 0 */
+        placed[v].vertex = v;
+    }
+    if (good) { qsort(placed, (size_t)vertex_count, sizeof *placed, compare_places); }
+    for (int i = 0; good && i < vertex_count; ++i) {
+        const bool same = i > 0 && memcmp(placed[i].place, placed[i - 1].place, sizeof placed[i].place) == 0;
+        first[placed[i].vertex] = same ? first[placed[i - 1].vertex] : placed[i].vertex;
+    }
+    for (int i = 0; good && i < 3 * triangle_count; ++i) { joined[i] = first[triangles[i]]; }
+    free(placed);
+    free(first);
+    if (!good) {
+        free(joined);
+        return NULL;
+    }
+    return joined;
+}
+
+/* Marks the roots of components that have a border. Returns false if memory is short. */
+static bool mark_open(const int *triangles, int triangle_count, int *parent, bool *open)
+{
+    struct edge *edges = sort_edges(triangles, triangle_count);
+    for (int i = 0, next; edges && i < 3 * triangle_count; i = next) {
+        int balance = 0;
+        for (next = i; next < 3 * triangle_count && compare_edges(&edges[i], &edges[next]) == 0; ++next) {
+            balance += edges[next].low == edges[next].high ? 0 : edges[next].along;
+        }
+        if (balance != 0) { open[root_of(parent, edges[i].low)] = true; }
+    }
+    free(edges);
+    return edges != NULL;
+}
+
 int mesh_drop_inner_skins(const float *positions, int vertex_count, int *triangles, int *triangle_count)
 {
-    int *parent = connect(vertex_count, triangles, *triangle_count), left = 0, dropped = 0, outer = 0;
-    double *volume = component_volumes(positions, vertex_count, triangles, *triangle_count, parent);
-    float *box = volume ? component_boxes(positions, vertex_count, triangles, *triangle_count, parent) : NULL;
-    bool *inner = calloc((size_t)vertex_count + 1, sizeof *inner); /* of roots */
-    const bool good = box && inner;
+    int *joined = join_seams(positions, vertex_count, triangles, *triangle_count), left = 0, dropped = 0, outer = 0;
+    int *parent = joined ? connect(vertex_count, joined, *triangle_count) : NULL;
+    double *volume = component_volumes(positions, vertex_count, joined, *triangle_count, parent);
+    float *box = volume ? component_boxes(positions, vertex_count, joined, *triangle_count, parent) : NULL;
+    bool *open = calloc((size_t)vertex_count + 1, sizeof *open), *inner = calloc((size_t)vertex_count + 1, sizeof *inner); /* of roots */
+    const bool good = box && open && inner && mark_open(joined, *triangle_count, parent, open);
     for (int v = 0; good && v < vertex_count; ++v) { outer = volume[v] > volume[outer] ? v : outer; }
     for (int v = 0; good && v < vertex_count; ++v) {
-        inner[v] = -volume[v] > 0.5 * volume[outer] && -volume[v] < volume[outer] && lies_within(box + 6 * v, box + 6 * outer);
+        inner[v] = !open[v] && -volume[v] > 0.5 * volume[outer] && -volume[v] < volume[outer] && lies_within(box + 6 * v, box + 6 * outer);
         dropped += inner[v];
     }
     for (int t = 0; good && t < *triangle_count; ++t) {
-        if (!inner[root_of(parent, triangles[3 * t])]) { memmove(triangles + 3 * left++, triangles + 3 * t, 3 * sizeof *triangles); }
+        if (!inner[root_of(parent, joined[3 * t])]) { memmove(triangles + 3 * left++, triangles + 3 * t, 3 * sizeof *triangles); }
     }
     if (good) { *triangle_count = left; }
+    free(joined);
     free(parent);
     free(volume);
     free(box);
+    free(open);
     free(inner);
     return good ? dropped : -1;
 }

@@ -33,8 +33,9 @@ double mesh_sharp_angles(const float *positions, const int *triangles, int trian
 /* Returns the most that one component of a closed mesh encloses, -1: memory. */
 double mesh_largest_volume(const float *positions, int vertex_count, const int *triangles, int triangle_count);
 
-/* Removes the inner skins of a body that is a wall: components that face inwards, in the box of the component that encloses most, and
- * enclose more than half as much. The vertices stay. Returns how many, -1: memory. */
+/* Removes the inner skins of a body that is a wall: closed components that face inwards, in the box of the component that encloses
+ * most, and enclose more than half as much. Vertices at the same place count as one, so that seams are no borders; they stay. Returns
+ * how many, -1: memory. */
 int mesh_drop_inner_skins(const float *positions, int vertex_count, int *triangles, int *triangle_count);
 
 /* Removes components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many, -1: memory. */
