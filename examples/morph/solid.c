@@ -18,7 +18,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FILM = 32 }; /* voxels: a tunnel that so small a film closes is no more than a gap between parts of a body */
+enum { FILM = 288 }; /* a tunnel that a film of one in so many voxels of the grid's square closes, 32 on grid 96, is no more than a gap
+                      * between parts of a body */
 
 void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
 {
@@ -140,9 +141,10 @@ static bool cut_handles(const struct morph *morph, const char *name, const struc
                         struct morph_solid *solid)
 {
     struct solid_handles handles = {0, 0};
+    const int cells = morph->settings.common.grid;
     if (morph->settings.weights) { return true; }
     unsigned char *limbs = mark_bones(morph, grid);
-    const bool good = limbs && solid_cut_handles(grid, phi, limbs, FILM, &handles);
+    const bool good = limbs && solid_cut_handles(grid, phi, limbs, cells * cells / FILM, &handles);
     free(limbs);
     if (!good) { return morph_no_memory(); }
     solid->tunnels = handles.filled;
