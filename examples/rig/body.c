@@ -197,17 +197,19 @@ static bool has_parted(const struct skeleton_template *s, const struct skeleton_
 
 /* Limbs that a thinner body has made longer touch over an unknown part of their length: they are a guess. */
 static void doubt(const struct skeleton_template *s, const bool parted[2], const struct skeleton_embedding *whole,
-                  struct skeleton_embedding *found)
+                  struct skeleton_embedding *found, bool doubted[2])
 {
     for (int pair = 0; pair < s->limbs; ++pair) {
-        if (parted[pair] && !is_fused(s, pair, whole)) { found->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f; }
+        doubted[pair] = parted[pair] && !is_fused(s, pair, whole);
+        if (doubted[pair]) { found->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f; }
     }
 }
 
 /* Where limbs are short, as they seem where arms touch the hips or knees touch each other, embeds the template in a thinner body, in
- * which they are not: what touches is less deep than what it belongs to. Returns false if memory is short. */
+ * which they are not: what touches is less deep than what it belongs to. doubted: pairs found so that are a guess. Returns false if
+ * memory is short. */
 static bool part_limbs(const struct rig *rig, const float *phi, float band, const float *up, const float *facing,
-                       struct rig_body *body)
+                       struct rig_body *body, bool doubted[2])
 {
     const size_t count = (size_t)body->grid.size[0] * (size_t)body->grid.size[1] * (size_t)body->grid.size[2];
     const struct skeleton_template *s = &rig->skeleton;
@@ -232,7 +234,7 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
         if (!good) { break; }
         if (skeleton_embed(s, &solid, up, facing, &found, error) && has_parted(s, &whole, &body->embedding, &found, parted)) {
             take_limbs(s, &whole, parted, &found);
-            doubt(s, parted, &whole, &found);
+            doubt(s, parted, &whole, &found, doubted);
             body->embedding = found;
         }
         solid_free(&solid);
@@ -242,13 +244,13 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
 }
 
 /* Names limbs that are still fused, or touch each other; where they begin is a guess. */
-static void note_fused(const struct rig *rig, const char *path, struct skeleton_embedding *e)
+static void note_fused(const struct rig *rig, const char *path, const bool doubted[2], struct skeleton_embedding *e)
 {
     const struct skeleton_template *s = &rig->skeleton;
     for (int pair = 0; pair < s->limbs; ++pair) {
-        float *confidence = &e->roles.confidence[SKELETON_FIRST_PAIR + pair];
-        if (is_fused(s, pair, e)) { *confidence = 0.0f; }
-        if (*confidence > 0.0f || rig->settings.common.quiet) { continue; }
+        const bool fused = is_fused(s, pair, e);
+        if (fused) { e->roles.confidence[SKELETON_FIRST_PAIR + pair] = 0.0f; }
+        if (!(fused || doubted[pair]) || rig->settings.common.quiet) { continue; }
         fprintf(stderr, "rig: %s: %s and its partner are short, or touch: they may be fused; look at rigged.png; --pin JOINT=X,Y,Z "
                 "moves joints, a finer --grid may part them\n", path, s->joints[s->limb_root[pair][0]].name);
     }
@@ -261,6 +263,7 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     const size_t count = (size_t)body->grid.size[0] * (size_t)body->grid.size[1] * (size_t)body->grid.size[2];
     const float band = springls_get_params(body->ctx).band_half_width;
     char error[CHARACTER_TEXT] = "not enough memory";
+    bool doubted[2] = {false, false};
     float *phi = malloc(count * sizeof *phi);
     bool good = phi || rig_fail("not enough memory");
     good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path)
@@ -273,8 +276,8 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     good = good
         && (skeleton_embed(&rig->skeleton, &body->solid, up, facing, &body->embedding, error)
             || rig_fail("%s: %s", path, error))
-        && (part_limbs(rig, phi, band, up, facing, body) || rig_fail("not enough memory"));
-    if (good) { note_fused(rig, path, &body->embedding); }
+        && (part_limbs(rig, phi, band, up, facing, body, doubted) || rig_fail("not enough memory"));
+    if (good) { note_fused(rig, path, doubted, &body->embedding); }
     free(phi);
     return good;
 }
@@ -391,7 +394,8 @@ bool rig_skin(struct rig *rig)
         && (skin_weights_heat(&surface, bones, joints, count, rig->influences, &rig->heat)
             || rig_fail("%s: no bone is seen from the body's surface", rig->settings.mesh))
         && rig_part_sides(rig)
-        && (skin_weights_transfer(&surface, rig->influences, &body->character) || rig_fail("not enough memory"));
+        && (skin_weights_transfer(&surface, rig->influences, &body->character) || rig_fail("not enough memory"))
+        && rig_check_sides(rig);
 }
 
 bool rig_motion_read(struct rig *rig)

@@ -43,7 +43,8 @@ struct rig {
     springls_mesh surface;         /* closed, of the body */
     struct influences *influences; /* one a vertex of it */
     struct heat_report heat;
-    int on_both_sides[2];          /* vertices with weights of both sides away from the plane of symmetry: by heat, and now */
+    int on_both_sides[2];          /* vertices with weights of both sides away from the plane of symmetry: of the surface, by heat
+                                    * alone, and of the body, as they are written */
     int joint_of[TEMPLATE_JOINTS]; /* of the body, for each joint of the template */
     struct character other;        /* of --animation */
     int motion;                    /* which of its animations */
@@ -67,7 +68,8 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
 void rig_body_free(struct rig_body *body);
 bool rig_pin(struct rig *rig); /* moves the joints of --pin */
 bool rig_skin(struct rig *rig);
-bool rig_part_sides(struct rig *rig); /* makes weights keep to their side (sides.c) */
+bool rig_part_sides(struct rig *rig);  /* makes the surface's weights keep to their side (sides.c) */
+bool rig_check_sides(struct rig *rig); /* counts the body's vertices whose weights do not */
 bool rig_motion_read(struct rig *rig); /* reads the character of --animation and finds its --motion */
 bool rig_move(struct rig *rig);        /* by that motion */
 bool rig_write(struct rig *rig);

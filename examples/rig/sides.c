@@ -49,24 +49,24 @@ static bool find_sides(const struct rig *rig, struct sides *sides)
     return sides->of != NULL;
 }
 
-/* Returns how far a vertex is from the plane, over the height; its weights of each side in *sum. */
-static float look_at(const struct rig *rig, const struct sides *sides, int vertex, float sum[3])
+/* Returns how far a place is from the plane, over the height; the weights of each side in *sum. */
+static float look_at(const struct rig *rig, const struct sides *sides, const float place[3], const struct influences *in, float sum[3])
 {
-    const struct influences *in = &rig->influences[vertex];
     float d[3];
     memset(sum, 0, 3 * sizeof *sum);
     for (int k = 0; k < CHARACTER_BONES; ++k) { sum[sides->of[in->joint[k]]] += in->weight[k]; }
-    vec3_sub(rig->surface.positions + 3 * vertex, sides->middle, d);
+    vec3_sub(place, sides->middle, d);
     return fabsf(vec3_dot(d, rig->body.embedding.left)) / rig->body.embedding.height;
 }
 
 /* Counts the vertices that have weights of both sides away from the plane. */
-static int count_faults(const struct rig *rig, const struct sides *sides)
+static int count_faults(const struct rig *rig, const struct sides *sides, const float *positions, const struct influences *influences,
+                        int vertex_count)
 {
     int count = 0;
-    for (int v = 0; v < rig->surface.vertex_count; ++v) {
+    for (int v = 0; v < vertex_count; ++v) {
         float sum[3];
-        const float far = look_at(rig, sides, v, sum);
+        const float far = look_at(rig, sides, positions + 3 * v, &influences[v], sum);
         count += far > NEAR_PLANE && sum[0] > BOTH && sum[1] > BOTH;
     }
     return count;
@@ -78,7 +78,7 @@ static void fade_sides(struct rig *rig, const struct sides *sides)
     for (int v = 0; v < rig->surface.vertex_count; ++v) {
         struct influences *in = &rig->influences[v];
         float sum[3];
-        const float fade = fmaxf(0.0f, 1.0f - look_at(rig, sides, v, sum) / NEAR_PLANE);
+        const float fade = fmaxf(0.0f, 1.0f - look_at(rig, sides, rig->surface.positions + 3 * v, in, sum) / NEAR_PLANE);
         const int smaller = sum[0] < sum[1] ? 0 : 1;
         for (int k = 0; k < CHARACTER_BONES; ++k) { in->weight[k] *= sides->of[in->joint[k]] == smaller ? fade : 1.0f; }
         influences_normalize(in, in->joint[0]);
@@ -89,9 +89,18 @@ bool rig_part_sides(struct rig *rig)
 {
     struct sides sides;
     if (!find_sides(rig, &sides)) { return rig_fail("not enough memory"); }
-    rig->on_both_sides[0] = count_faults(rig, &sides);
+    rig->on_both_sides[0] = count_faults(rig, &sides, rig->surface.positions, rig->influences, rig->surface.vertex_count);
     fade_sides(rig, &sides);
-    rig->on_both_sides[1] = count_faults(rig, &sides);
+    free(sides.of);
+    return true;
+}
+
+bool rig_check_sides(struct rig *rig)
+{
+    const struct character *c = &rig->body.character;
+    struct sides sides;
+    if (!find_sides(rig, &sides)) { return rig_fail("not enough memory"); }
+    rig->on_both_sides[1] = count_faults(rig, &sides, c->positions, c->influences, c->vertex_count);
     free(sides.of);
     return true;
 }

@@ -200,6 +200,7 @@ static const struct truth knees_joints[] = {{"head", {0, 1.55f, 0}},
                                             {"shin.L", {0.05f, 0.50f, 0}},
                                             {"foot.L", {0.09f, 0.09f, 0}},
                                             {NULL, {0, 0, 0}}};
+static const struct truth knees_hips[] = {{"hips", {0, 0.94f, 0}}, {"thigh.L", {0.10f, 0.90f, 0}}, {NULL, {0, 0, 0}}};
 
 static const struct capsule four_legs[] = {{{0, 0.80f, -0.45f}, {0, 0.80f, 0.40f}, 0.17f},
                                            {{0, 0.88f, 0.45f}, {0, 1.12f, 0.72f}, 0.08f},
@@ -231,9 +232,9 @@ static bool joint_of_report(const cJSON *json, const char *name, float place[3])
     return true;
 }
 
-/* Compares one joint with the truth: near it, and nearer than its partner on the other side. */
+/* Compares one joint with the truth: within a share of `scale`, and nearer than its partner on the other side. */
 static greatest_test_res check_joint(const cJSON *json, const char *what, const char *name, const float truth[3],
-                                     double scale)
+                                     double scale, double within)
 {
     static char message[256];
     float place[3], other[3], d[3];
@@ -241,7 +242,7 @@ static greatest_test_res check_joint(const cJSON *json, const char *what, const 
     vec3_sub(place, truth, d);
     const double error = (double)vec3_length(d) / scale;
     snprintf(message, sizeof message, "%s, %s: off by %.1f %%", what, name, 100.0 * error);
-    ASSERTm(message, error < 0.06);
+    ASSERTm(message, error < within);
     const size_t length = strlen(name);
     if (length > 2 && name[length - 2] == '.') {
         char partner[64];
@@ -249,6 +250,25 @@ static greatest_test_res check_joint(const cJSON *json, const char *what, const 
         ASSERTm(partner, joint_of_report(json, partner, other));
         vec3_sub(other, truth, other);
         ASSERTm(message, vec3_length(d) < vec3_length(other));
+    }
+    PASS();
+}
+
+/* Compares joints, and those of the other side, within a share of the height. */
+static greatest_test_res check_joints(const cJSON *json, const struct truth *joints, const struct turn *turn, bool over_length,
+                                      double within)
+{
+    for (; joints->name; ++joints) {
+        float truth[3], mirrored[3] = {-joints->place[0], joints->place[1], joints->place[2]};
+        const double scale = over_length ? 2.05 * (double)turn->scale : number_of(json, "height");
+        turned(turn, joints->place, truth);
+        CHECK_CALL(check_joint(json, turn->name, joints->name, truth, scale, within));
+        if (strstr(joints->name, ".L")) {
+            char right[64];
+            snprintf(right, sizeof right, "%.*sR", (int)strlen(joints->name) - 1, joints->name);
+            turned(turn, mirrored, truth);
+            CHECK_CALL(check_joint(json, turn->name, right, truth, scale, within));
+        }
     }
     PASS();
 }
@@ -264,18 +284,7 @@ static greatest_test_res check_body(const struct capsule *capsules, int count, c
     cJSON *json = read_report(scratch("body.json"));
     ASSERT(json != NULL);
     ASSERT_EQ(0, (int)number_of(json, "vertices_on_both_sides"));
-    for (; joints->name; ++joints) {
-        float truth[3], mirrored[3] = {-joints->place[0], joints->place[1], joints->place[2]};
-        const double scale = over_length ? 2.05 * (double)turn->scale : number_of(json, "height");
-        turned(turn, joints->place, truth);
-        CHECK_CALL(check_joint(json, turn->name, joints->name, truth, scale));
-        if (strstr(joints->name, ".L")) {
-            char right[64];
-            snprintf(right, sizeof right, "%.*sR", (int)strlen(joints->name) - 1, joints->name);
-            turned(turn, mirrored, truth);
-            CHECK_CALL(check_joint(json, turn->name, right, truth, scale));
-        }
-    }
+    CHECK_CALL(check_joints(json, joints, turn, over_length, 0.06));
     cJSON_Delete(json);
     PASS();
 }
@@ -306,6 +315,7 @@ TEST knees_that_touch_are_parted_and_doubted(void)
 {
     CHECK_CALL(check_body(knees_touch, COUNT(knees_touch), knees_joints, "biped", &turns[0], false));
     cJSON *json = read_report(scratch("body.json"));
+    CHECK_CALL(check_joints(json, knees_hips, &turns[0], false, 0.11)); /* a guess: 0.1 too low; the knees are 0.24 lower */
     const cJSON *confidence = cJSON_GetObjectItem(json, "confidence");
     ASSERT_EQ(0.0, number_of(confidence, "thigh"));
     ASSERT_GT(number_of(confidence, "upper_arm"), 0.5);
@@ -339,6 +349,9 @@ TEST weights_keep_to_their_side(void)
 TEST a_double_shell_is_taken_as_full(void)
 {
     if (!getenv("SPRINGLS_DATA")) SKIPm("SPRINGLS_DATA is not set");
+    char path[1024];
+    snprintf(path, sizeof path, "%s/reports/rig-ai-shell/shell_closed.ply", getenv("SPRINGLS_DATA"));
+    if (access(path, R_OK) != 0) SKIPm("reports/rig-ai-shell is not in the collection");
     cJSON *json = report_of("reports/rig-ai-shell/shell_closed.ply", "biped");
     ASSERT(json != NULL);
     ASSERT_EQ(1, (int)number_of(json, "parts"));
@@ -488,7 +501,7 @@ static greatest_test_res check_character(const char *file, const char *skeleton,
     for (const struct own_joint *j = joints; j->joint; ++j) {
         float truth[3];
         joint_place(&own.joints[bone_named(&own, j->own)], truth);
-        CHECK_CALL(check_joint(json, file, j->joint, truth, scale));
+        CHECK_CALL(check_joint(json, file, j->joint, truth, scale, 0.06));
     }
     cJSON_Delete(json);
     character_free(&own);
@@ -534,7 +547,7 @@ static greatest_test_res check_turned(const char *file, const struct own_joint *
         if (mirrored && side) { side[1] = side[1] == 'L' ? 'R' : 'L'; }
         joint_place(&own.joints[bone_named(&own, j->own)], place);
         turned(turn, place, truth);
-        CHECK_CALL(check_joint(json, turn->name, name, truth, number_of(json, "height")));
+        CHECK_CALL(check_joint(json, turn->name, name, truth, number_of(json, "height"), 0.06));
     }
     cJSON_Delete(json);
     character_free(&own);
