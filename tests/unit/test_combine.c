@@ -1118,6 +1118,145 @@ TEST every_allocation_may_fail(int call)
     PASS();
 }
 
+/* ---- combinations that drop unused triangles ---- */
+
+/* A small ball with a hole and a knob, so that its original surface has three tools, about to drop those without use; and one that has tools
+   itself. */
+static springls_status make_dropping(const springls_allocator *allocator, springls_context *pair[2])
+{
+    static const float place[2][3] = { { 6.5f, 9.5f, 8.0f }, { 10.5f, 8.5f, 11.5f } };
+    springls_status status = SPRINGLS_OK;
+    int k, i;
+    for (k = 0; k < 2 && status == SPRINGLS_OK; k++) {
+        springls_desc desc = fixture_desc(18, NULL);
+        springls_sphere tool = fixture_ball(place[k][0], 8.5f, 8.5f, 3.2f);
+        if (allocator && k == 0) desc.allocator = *allocator;
+        status = springls_create(&desc, &pair[k]);
+        if (status == SPRINGLS_OK) status = springls_set_implicit(pair[k], springls_implicit_sphere, &tool);
+        for (i = 1; i < 3 && status == SPRINGLS_OK; i++) {
+            tool = fixture_ball(place[k][i], 8.5f, 8.5f, 2.0f);
+            status = springls_combine_implicit(pair[k], i == 1 ? SPRINGLS_OPERATION_DIFFERENCE : SPRINGLS_OPERATION_UNION,
+                                               springls_implicit_sphere, &tool);
+        }
+    }
+    if (status == SPRINGLS_OK) pair[0]->original.given = SPRINGLS__ORIGINALS_PERIOD - 1; /* as if others had been dropped before */
+    return status;
+}
+
+/* The original surface of a model, to be compared later. */
+typedef struct originals { springls__surface surface; int *source, *joint; springls__v3 *points; uint64_t hash; } originals;
+
+static originals originals_of(const springls_context *ctx)
+{
+    originals o;
+    o.surface = ctx->original;
+    o.hash = springls_state_hash(ctx);
+    o.source = (int *)malloc(((size_t)o.surface.count + 1) * sizeof(int));
+    o.joint = (int *)malloc(((size_t)o.surface.joints + 1) * sizeof(int));
+    o.points = (springls__v3 *)malloc(3 * ((size_t)o.surface.count + 1) * sizeof *o.points);
+    memcpy(o.source, o.surface.source, (size_t)o.surface.count * sizeof(int));
+    memcpy(o.joint, o.surface.joint, (size_t)o.surface.joints * sizeof(int));
+    memcpy(o.points, o.surface.points, 3 * (size_t)o.surface.count * sizeof *o.points);
+    return o;
+}
+
+static void originals_free(originals *o)
+{
+    free(o->source);
+    free(o->joint);
+    free(o->points);
+}
+
+static greatest_test_res are_originals(const springls_context *ctx, const originals *o)
+{
+    ASSERT_EQ(o->hash, springls_state_hash(ctx));
+    ASSERT_EQ(o->surface.count, ctx->original.count);
+    ASSERT_EQ(o->surface.given, ctx->original.given);
+    ASSERT_EQ(o->surface.joints, ctx->original.joints);
+    ASSERT_EQ(0, memcmp(o->source, ctx->original.source, (size_t)o->surface.count * sizeof(int)));
+    ASSERT_EQ(0, memcmp(o->joint, ctx->original.joint, (size_t)o->surface.joints * sizeof(int)));
+    ASSERT_EQ(0, memcmp(o->points, ctx->original.points, 3 * (size_t)o->surface.count * sizeof *o->points));
+    PASS();
+}
+
+/* The tools of both are there in the result, in ascending order. */
+static greatest_test_res has_tools_of_both(const springls_context *ctx)
+{
+    int i;
+    ASSERT_GTE(ctx->original.joints, 4);
+    for (i = 0; i < ctx->original.joints; i++) {
+        ASSERT_GT(ctx->original.joint[i], i ? ctx->original.joint[i - 1] : 0);
+        ASSERT_LT(ctx->original.joint[i], ctx->original.count);
+    }
+    PASS();
+}
+
+/* Memory runs out at each allocation: the model and its original surface are as before, and combine then as if nothing had been. */
+TEST dropping_may_fail_at_every_allocation(void)
+{
+    springls_context *pair[2], *twin[2];
+    fixture_heap heap;
+    const springls_allocator allocator = fixture_allocator(&heap);
+    springls_status status = SPRINGLS_OUT_OF_MEMORY;
+    originals before;
+    int fail_at;
+    ASSERT_OK(make_dropping(NULL, twin));
+    ASSERT_OK(springls_combine(twin[0], SPRINGLS_OPERATION_UNION, twin[1]));
+    CHECK_CALL(has_tools_of_both(twin[0]));
+    for (fail_at = 0; status != SPRINGLS_OK; fail_at++) {
+        ASSERT_OK(make_dropping(&allocator, pair));
+        before = originals_of(pair[0]);
+        heap.fail_at = heap.calls + fail_at;
+        status = springls_combine(pair[0], SPRINGLS_OPERATION_UNION, pair[1]);
+        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_OUT_OF_MEMORY);
+        ASSERT_EQ(status == SPRINGLS_OUT_OF_MEMORY, heap.calls > heap.fail_at);
+        heap.fail_at = -1;
+        ASSERT_EQ(heap.bytes, springls_memory_used(pair[0]));
+        if (status != SPRINGLS_OK) {
+            CHECK_CALL(are_originals(pair[0], &before));
+            if (fail_at % 4 == 0) ASSERT_OK(springls_combine(pair[0], SPRINGLS_OPERATION_UNION, pair[1]));
+        }
+        if (status == SPRINGLS_OK || fail_at % 4 == 0) ASSERT_EQ(springls_state_hash(twin[0]), springls_state_hash(pair[0]));
+        originals_free(&before);
+        free_pair(pair);
+        ASSERT_EQ(0, heap.blocks);
+        ASSERT_EQ(0, heap.wrong_sizes);
+    }
+    ASSERT_GT(fail_at, 10);
+    free_pair(twin);
+    PASS();
+}
+
+/* Given up after any number of pieces, too. */
+TEST dropping_is_given_up_anywhere(void)
+{
+    springls_context *pair[2], *twin[2];
+    originals before;
+    bool done = false, dropped = false;
+    int most, pieces;
+    ASSERT_OK(make_dropping(NULL, pair));
+    ASSERT_OK(make_dropping(NULL, twin));
+    ASSERT_OK(springls_combine(twin[0], SPRINGLS_OPERATION_UNION, twin[1]));
+    before = originals_of(pair[0]);
+    for (most = 0;; most++) {
+        ASSERT_OK(springls_combine_begin(pair[0], SPRINGLS_OPERATION_UNION, pair[1]));
+        ASSERT_OK(run_pieces(pair[0], 0.0, most, &pieces, &done));
+        if (done) break;
+        dropped = dropped || pair[0]->step.combination->originals.taken;
+        pair[0]->step.combination->other->model_version++; /* of the tool, or of a copy */
+        ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_continue(pair[0], 0.0, &done));
+        CHECK_CALL(are_originals(pair[0], &before));
+    }
+    ASSERT(dropped);
+    ASSERT_GT(most, 20);
+    CHECK_CALL(has_tools_of_both(pair[0]));
+    ASSERT_EQ(springls_state_hash(twin[0]), springls_state_hash(pair[0]));
+    originals_free(&before);
+    free_pair(pair);
+    free_pair(twin);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -1158,5 +1297,7 @@ int main(int argc, char **argv)
     for (i = 0; i < 3; i++) RUN_TESTp(attributes_of_the_tool_stay, i);
     RUN_TEST(pieces_end);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
+    RUN_TEST(dropping_may_fail_at_every_allocation);
+    RUN_TEST(dropping_is_given_up_anywhere);
     GREATEST_MAIN_END();
 }

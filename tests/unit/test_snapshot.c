@@ -670,6 +670,73 @@ static greatest_test_res is_refused_for(springls_context *ctx, const block *b, c
     PASS();
 }
 
+/* A model that two tools have cut: two joints in its original surface. */
+static springls_context *model_with_tools(void)
+{
+    springls_context *ctx = fixture_sphere(18, NULL, 8.5f, 8.5f, 8.5f, 4.5f);
+    springls_sphere one = fixture_ball(4.5f, 8.5f, 8.5f, 2.5f), two = fixture_ball(12.5f, 8.5f, 8.5f, 2.5f);
+    if (springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &one) != SPRINGLS_OK
+        || springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &two) != SPRINGLS_OK) springls_reset(ctx);
+    return ctx;
+}
+
+/* The first triangles of tools are numbers of triangles that there are, ascend, and are as many as the number of them says. */
+TEST tools_are_checked(void)
+{
+    springls_context *ctx = model_with_tools();
+    const uint64_t before = springls_state_hash(ctx);
+    const int count = ctx->original.count, a = count / 3, b = count / 2;
+    int32_t bad[8][2];
+    char *joints, *number;
+    block all;
+    int32_t value;
+    size_t i;
+    ASSERT_EQ(2, ctx->original.joints);
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &all));
+    joints = (char *)all.bytes + find_section(&all, "TOOL") + SPRINGLS__SECTION_HEAD_BYTES;
+    number = (char *)all.bytes + find_number(&all, "NUMB", "original_tools");
+    ASSERT_EQ(2, (int)number_at(all.bytes, (size_t)(number - (char *)all.bytes), 4));
+    for (i = 0; i < 8; i++) { bad[i][0] = a; bad[i][1] = b; }
+    bad[0][1] = a;            /* equal */
+    bad[1][0] = b; bad[1][1] = a;
+    bad[2][0] = 0;
+    bad[3][0] = -1;
+    bad[4][1] = count;        /* behind the last */
+    bad[5][1] = count + 1;
+    bad[6][1] = INT32_MAX;
+    bad[7][1] = INT32_MIN;
+    for (i = 0; i < 8; i++) {
+        char kept[8];
+        memcpy(kept, joints, 8);
+        springls__copy_numbers(joints, bad[i], 2, sizeof(int32_t));
+        fixture_seal(all.bytes, all.size);
+        CHECK_CALL(is_refused_for(ctx, &all, "damaged"));
+        memcpy(joints, kept, 8);
+    }
+    for (i = 0; i < 5; i++) { /* numbers that are not those of the section */
+        static const int32_t numbers[5] = { -1, 1, 3, INT32_MAX, INT32_MIN };
+        springls__copy_numbers(number, &numbers[i], 1, sizeof(int32_t));
+        fixture_seal(all.bytes, all.size);
+        CHECK_CALL(is_refused_for(ctx, &all, "damaged"));
+    }
+    value = 2;
+    springls__copy_numbers(number, &value, 1, sizeof value);
+    joints[3 - (int)SPRINGLS__SECTION_HEAD_BYTES] = 'X'; /* an unknown section, which may be skipped: so there is none of tools */
+    joints[4 - (int)SPRINGLS__SECTION_HEAD_BYTES] = SPRINGLS__SECTION_OPTIONAL;
+    fixture_seal(all.bytes, all.size);
+    CHECK_CALL(is_refused_for(ctx, &all, "damaged"));
+    joints[3 - (int)SPRINGLS__SECTION_HEAD_BYTES] = 'L';
+    joints[4 - (int)SPRINGLS__SECTION_HEAD_BYTES] = 0;
+    fixture_seal(all.bytes, all.size);
+    ASSERT_EQ(before, springls_state_hash(ctx));
+    ASSERT_OK(springls_restore(ctx, all.bytes, all.size));
+    ASSERT_EQ(before, springls_state_hash(ctx));
+    ASSERT_EQ(2, ctx->original.joints);
+    free(all.bytes);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Sections and numbers of newer versions: skipped where they may be, refused by name otherwise. */
 TEST unknown_parts_are_named(void)
 {
@@ -953,6 +1020,7 @@ int main(int argc, char **argv)
     RUN_TEST(equal_states_are_equal_bytes);
     RUN_TEST(the_first_version_can_be_read);
     RUN_TEST(bytes_are_as_documented);
+    RUN_TEST(tools_are_checked);
     RUN_TEST(unknown_parts_are_named);
     RUN_TEST(missing_numbers_have_defaults);
     RUN_TEST(enumerations_are_checked);
