@@ -1487,8 +1487,8 @@ typedef struct springls_mesh_report {
    which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
-   flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than
-   min_component: then the model is empty. NON_FINITE: a used position. */
+   flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than min_component: then the model is
+   empty. With params.contouring = SPRINGLS_CONTOURING_SPRINGLS plates down to a fiftieth of a voxel are set. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
@@ -27904,8 +27904,21 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left
-   unfinished. */
+/* Fails where the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
+SPRINGLS__FN springls_status springls__mesh_find_inside(springls_context *ctx)
+{
+    if (springls__has_inside(&ctx->model.grid)) return SPRINGLS_OK;
+    if (ctx->model.params.contouring == SPRINGLS_CONTOURING_LEVEL_SET) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    if (ctx->surface_triangles == 0) return springls__mesh_no_inside(ctx);
+    springls__forget_surface(ctx); /* edges are still to be found */
+    return SPRINGLS_OK;
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is
+   left unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
                                                           bool balanced, bool may_overlap)
 {
@@ -27915,7 +27928,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
-    if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__mesh_find_inside(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
@@ -48649,7 +48662,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48653 \"springls.h\"\n",
+    "#line 48666 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -23,6 +23,7 @@
 #include "../stages/project.h"
 #include "../stages/rebuild.h"
 #include "../stages/sleep.h"
+#include "../stages/surface_table.h"
 #include "mesh_intake.h"
 #include "mesh_parts.h"
 #include "set_level_set.h"
@@ -197,8 +198,21 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left
-   unfinished. */
+/* Fails where the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
+SPRINGLS__FN springls_status springls__mesh_find_inside(springls_context *ctx)
+{
+    if (springls__has_inside(&ctx->model.grid)) return SPRINGLS_OK;
+    if (ctx->model.params.contouring == SPRINGLS_CONTOURING_LEVEL_SET) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    SPRINGLS__TRY(springls__refresh_surface_mesh(ctx));
+    if (ctx->surface_triangles == 0) return springls__mesh_no_inside(ctx);
+    springls__forget_surface(ctx); /* edges are still to be found */
+    return SPRINGLS_OK;
+}
+
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is
+   left unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
                                                           bool balanced, bool may_overlap)
 {
@@ -208,7 +222,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
-    if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
+    SPRINGLS__TRY(springls__mesh_find_inside(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__run_table(ctx, springls__find_edges));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));

@@ -323,6 +323,35 @@ TEST a_plate_stays_whole(double thickness)
 }
 
 /* LeVeque's sheet at half time: phi has four parts there, and lost 13 % of the volume. */
+/* A plate between nodes of the grid, or with its faces on them, has no voxel inside; what springls show is enough. A solid that has neither
+   is refused. */
+TEST a_plate_without_voxels_is_set(double from, double thickness)
+{
+    const d3 center = d3_make(20.1, 20.2, from + 0.5 * thickness);
+    const double volume = 16.0 * 14.0 * thickness, tolerance = thickness < 0.1 ? 0.08 : 0.025; /* at the rims */
+    springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_params params = followed();
+    springls_context *ctx = fixture_context(40, &params);
+    found f;
+    ASSERT_OK(set_box(ctx, center, 8.0, 7.0, 0.5 * thickness, 0.0));
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(1, f.report.components);
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(volume, f.report.volume, tolerance * volume);
+    springls_mesh_free(ctx, &f.mesh);
+    ASSERT_OK(springls_step(ctx, &step));
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(1, f.report.components);
+    springls_mesh_free(ctx, &f.mesh);
+    ASSERT_STATUS(SPRINGLS_BAD_MESH, set_box(ctx, d3_make(20.5, 20.5, 20.5), 0.2, 0.2, 0.2, 0.0));
+    ASSERT_EQ(0, springls_count(ctx));
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    ASSERT_OK(springls_set_params(ctx, &params));
+    ASSERT_STATUS(SPRINGLS_BAD_MESH, set_box(ctx, center, 8.0, 7.0, 0.5 * thickness, 0.0));
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST a_sheet_is_whole(void)
 {
     const double volume = 4.0 / 3.0 * fixture_pi * 9.6 * 9.6 * 9.6;
@@ -755,6 +784,10 @@ SUITE(contouring)
     RUN_TEST(a_turned_box_has_sharp_edges);
     for (i = 0; i < 14; i++) RUN_TESTp(a_box_on_nodes_has_sharp_edges, besides[i / 2], i % 2);
     for (i = 0; i < 5; i++) RUN_TESTp(a_plate_stays_whole, thickness[i]);
+    for (i = 0; i < 5; i++) RUN_TESTp(a_plate_without_voxels_is_set, 20.3, i < 4 ? 0.5 * thickness[i + 1] : 0.02);
+    RUN_TESTp(a_plate_without_voxels_is_set, 20.0, 1.0);
+    RUN_TESTp(a_plate_without_voxels_is_set, 20.0001, 1.0);
+    RUN_TESTp(a_plate_without_voxels_is_set, 20.0, 0.1);
     RUN_TEST(a_sheet_is_whole);
     RUN_TEST(the_border_is_closed);
     RUN_TEST(sides_of_a_sheet_keep_their_correspondences);
