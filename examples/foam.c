@@ -12,7 +12,8 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST_CELLS = 1000, LEAST_GRID = 20, MOST_GRID = 512, PICTURE = 420, FRAMES = 4, LOOK = 5, MET = 6 }; /* LOOK: steps; MET: triangles of a wall that counts */
+enum { MOST_CELLS = 1000, LEAST_GRID = 20, MOST_GRID = 512, PICTURE = 420, FRAMES = 4 };
+enum { LOOK = 5, MET = 6 }; /* steps between two counts of neighbours; triangles of a wall that counts */
 static const float CALM = 0.25f; /* of the time a step: in the last quarter of the steps */
 
 struct foam {
@@ -427,8 +428,8 @@ static int drawn_vertex(struct drawn *drawn, int32_t label, int fresh)
     return fresh;
 }
 
-/* Adds the surface of a cell, each of its films with vertices of its own, so that the edges between them are sharp. */
-static void draw_cell(const springls_walls *walls, int32_t label, struct drawn *drawn, struct look *look)
+/* Adds the closed surface of a cell, or each of its films with vertices of its own, so that a picture shows sharp edges between them. */
+static void draw_cell(const springls_walls *walls, int32_t label, bool sharp, struct drawn *drawn, struct look *look)
 {
     const struct color c = color_mix(color_hsv(0.618034f * (float)label, 0.55f, 0.95f), color_rgb(1.0f, 1.0f, 1.0f), 0.25f);
     for (int t = 0; t < walls->triangle_count; t++) {
@@ -439,7 +440,7 @@ static void draw_cell(const springls_walls *walls, int32_t label, struct drawn *
         for (int i = 0; i < 3; i++) {
             const int v = walls->triangles[3 * t + (behind ? i : 2 - i)];
             const size_t begun = look->vertices;
-            const int vertex = drawn_vertex(&drawn[v], walls->labels[2 * t + behind], (int)begun);
+            const int vertex = drawn_vertex(&drawn[v], sharp ? walls->labels[2 * t + behind] : label, (int)begun);
             if (vertex == (int)begun) {
                 memcpy(look->positions + 3 * begun, walls->positions + 3 * v, 3 * sizeof(float));
                 look->colors[3 * begun] = c.r;
@@ -458,7 +459,8 @@ static void draw_cell(const springls_walls *walls, int32_t label, struct drawn *
     }
 }
 
-static bool make_look(const struct foam *foam, const springls_walls *walls, bool all, struct look *look)
+/* Makes a look at the foam: cut open, with sharp edges, or all cells, each a closed surface. */
+static bool make_look(const struct foam *foam, const springls_walls *walls, bool cut_open, struct look *look)
 {
     const size_t most = 2 * (size_t)walls->triangle_count;
     struct drawn *drawn = calloc((size_t)walls->vertex_count + 1, sizeof *drawn);
@@ -471,8 +473,8 @@ static bool make_look(const struct foam *foam, const springls_walls *walls, bool
         return false;
     }
     for (int i = 1; i <= foam->cells; i++) {
-        if (all || is_drawn(foam, i)) {
-            draw_cell(walls, i, drawn, look);
+        if (!cut_open || is_drawn(foam, i)) {
+            draw_cell(walls, i, cut_open, drawn, look);
         }
     }
     free(drawn);
@@ -491,7 +493,7 @@ static bool take_picture(struct foam *foam, const springls_walls *walls, int fra
     struct look look;
     struct raycast_scene scene = {0};
     const float n = (float)foam->grid;
-    bool done = make_look(foam, walls, false, &look);
+    bool done = make_look(foam, walls, true, &look);
     if (done) {
         scene.positions = look.positions;
         scene.vertex_count = look.vertices;
@@ -528,7 +530,7 @@ static bool write_mesh(struct foam *foam, const springls_walls *walls)
 {
     char path[1024], error[MESH_TEXT];
     struct look look;
-    bool done = make_look(foam, walls, true, &look) || no_memory();
+    bool done = make_look(foam, walls, false, &look) || no_memory();
     if (done) {
         const struct mesh_arrays mesh = {.positions = look.positions, .vertex_count = look.vertices, .indices = look.indices,
                                          .triangle_count = look.triangles, .colors = look.colors};
@@ -574,16 +576,18 @@ static int frame_of(const struct foam *foam, int step)
 static bool observe(struct foam *foam, int step)
 {
     const int frame = frame_of(foam, step);
-    const bool pictured = foam->common.out && frame >= 0, last = step == foam->steps;
+    const bool pictured = foam->common.out && frame >= 0, last = step == foam->steps, counted = step % LOOK == 0 || last;
     springls_walls walls;
     bool done = true;
-    if (step % LOOK != 0 && !pictured && !last) {
+    if (!counted && !pictured) {
         return true;
     }
     if (!works(foam, springls_tiling_extract(foam->tiling, &walls))) {
         return false;
     }
-    look_at(foam, &walls, step == 0);
+    if (counted) {
+        look_at(foam, &walls, step == 0);
+    }
     if (pictured) {
         done = take_picture(foam, &walls, frame, step);
     }
@@ -631,7 +635,7 @@ static bool run(struct foam *foam)
     }
     print_volumes(foam);
     printf("area of all films: %.1f, %.1f in the beginning\n", foam->area[1], foam->area[0]);
-    printf("neighbours: %d pairs have met, %d have parted\n", foam->gained, foam->lost);
+    printf("pairs of neighbours: %d met, %d parted\n", foam->gained, foam->lost);
     printf("%d steps on a grid of %d^3 took %.1f s of processors, %.0f MiB\n", foam->steps, foam->grid,
            (double)(clock() - begin) / CLOCKS_PER_SEC, (double)springls_tiling_memory_used(foam->tiling) / 1048576.0);
     return true;

@@ -23,6 +23,7 @@ int main(int argc, char **argv)
 #undef main
 
 #include "run_program.h"
+#include "surface/mesh_check.h"
 
 #include <sys/stat.h>
 
@@ -32,6 +33,54 @@ static long bytes_of(const char *name)
     struct stat status;
     snprintf(path, sizeof path, "%s/%s", scratch("foam"), name);
     return stat(path, &status) == 0 ? (long)status.st_size : 0;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns whether as many triangles use each edge in one direction as in the other: a bubble may touch itself along an edge. */
+static bool is_closed(const struct look *look)
+{
+    const size_t count = 3 * look->triangles;
+    uint64_t *edges = malloc((2 * count + 1) * sizeof *edges), *back = edges + count;
+    for (size_t i = 0; edges && i < count; i++) {
+        const uint64_t from = look->indices[i], to = look->indices[i % 3 == 2 ? i - 2 : i + 1];
+        edges[i] = from << 32 | to;
+        back[i] = to << 32 | from;
+    }
+    if (edges) {
+        qsort(edges, count, sizeof *edges, ascending);
+        qsort(back, count, sizeof *back, ascending);
+    }
+    const bool closed = edges && memcmp(edges, back, count * sizeof *edges) == 0;
+    free(edges);
+    return closed;
+}
+
+/* In the mesh each bubble is one closed surface with vertices of its own; a picture has a sheet for each film. */
+TEST bubbles_are_closed_in_the_mesh(void)
+{
+    static struct foam foam;
+    springls_walls walls;
+    struct look whole, cut_open;
+    foam.common = cli_common_defaults();
+    foam.cells = 3;
+    ASSERT(prepare(&foam) && set_cells(&foam));
+    ASSERT_EQ(SPRINGLS_OK, springls_tiling_extract(foam.tiling, &walls));
+    ASSERT(make_look(&foam, &walls, false, &whole) && make_look(&foam, &walls, true, &cut_open));
+    ASSERT(is_closed(&whole));
+    ASSERT_EQ(3, mesh_components((int)whole.vertices, (const int *)whole.indices, (int)whole.triangles));
+    ASSERT_FALSE(is_closed(&cut_open));
+    free_look(&whole);
+    free_look(&cut_open);
+    springls_walls_free(foam.tiling, &walls);
+    springls_tiling_destroy(foam.tiling);
+    free(foam.faces);
+    free(foam.touch);
+    PASS();
 }
 
 /* All bubbles stay, and a picture and a mesh are written. */
@@ -87,6 +136,7 @@ int main(int argc, char **argv)
         return EXIT_FAILURE;
     }
     RUN_TEST(three_bubbles);
+    RUN_TEST(bubbles_are_closed_in_the_mesh);
     RUN_TEST(one_bubble_is_refused);
     RUN_TEST(what_has_no_effect_is_refused);
     RUN_TEST(a_mesh_that_cannot_be_written_is_named);
