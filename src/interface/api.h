@@ -304,7 +304,8 @@ typedef struct springls_mesh_report {
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
    flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than min_component: then the model is
-   empty. With params.contouring = SPRINGLS_CONTOURING_SPRINGLS plates down to a fiftieth of a voxel are set. NON_FINITE: a used position. */
+   empty. With params.contouring = SPRINGLS_CONTOURING_SPRINGLS plates down to a fiftieth of a voxel are set. NON_FINITE: a used
+   position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);

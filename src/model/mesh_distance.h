@@ -81,9 +81,9 @@ SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *poi
 }
 
 /* Returns the side of all places within `half` of x, if an open surface is further from x than `distance` and that is certain; else 0. Its
-   winding number is harmonic there. Where it is between 0 and 1, too, Harnack's inequality has it that it is no more than so many times that
-   at x, and so less than the twentieth that does not count. It is not where the surface overlaps itself or is inside out: what is beyond
-   0 and 1 by more than directed areas leave open is not decided. */
+   winding number is harmonic there. Where it is between 0 and 1, too, Harnack's inequality has it that it is no more than so many times
+   that at x, and so less than the twentieth that does not count. It is not where the surface overlaps itself or is inside out: what is
+   beyond 0 and 1 by more than directed areas leave open is not decided. */
 SPRINGLS__FN float springls__open_side_around(const springls__mesh_distance *m, springls__v3 x, float distance, float half)
 {
     const float q = half / distance, times = (1.0f + q) / ((1.0f - q) * (1.0f - q));
