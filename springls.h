@@ -2430,8 +2430,9 @@ typedef struct springls_tiling_step_desc {
     int held_count;
     springls_integrator integrator;
     float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
-                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. Both all zero:
-                                        everywhere; they have to be with tension or held volumes                      */
+                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. What is elsewhere
+                                        is found by bricks of 8^3 voxels; label 0 takes part where it is touched, and with film all
+                                        bodies do. Both all zero: everywhere; they have to be with tension or held volumes */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
@@ -36434,7 +36435,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2736 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -36550,7 +36551,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2852 \"springls.h\"\n",
+    "#line 2853 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -36572,7 +36573,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2875 \"springls.h\"\n",
+    "#line 2876 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36587,7 +36588,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2892 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36711,7 +36712,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3015 \"springls.h\"\n",
+    "#line 3016 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36781,7 +36782,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3086 \"springls.h\"\n",
+    "#line 3087 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37001,7 +37002,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3307 \"springls.h\"\n",
+    "#line 3308 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37016,7 +37017,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3322 \"springls.h\"\n",
+    "#line 3323 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37140,14 +37141,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3446 \"springls.h\"\n",
+    "#line 3447 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3454 \"springls.h\"\n",
+    "#line 3455 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37273,7 +37274,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3581 \"springls.h\"\n",
+    "#line 3582 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37328,7 +37329,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3637 \"springls.h\"\n",
+    "#line 3638 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -37417,7 +37418,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3727 \"springls.h\"\n",
+    "#line 3728 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -37429,7 +37430,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3739 \"springls.h\"\n",
+    "#line 3740 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37444,7 +37445,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3755 \"springls.h\"\n",
+    "#line 3756 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37520,7 +37521,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3831 \"springls.h\"\n",
+    "#line 3832 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37535,7 +37536,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3846 \"springls.h\"\n",
+    "#line 3847 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37611,7 +37612,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3922 \"springls.h\"\n",
+    "#line 3923 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -37690,7 +37691,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4001 \"springls.h\"\n",
+    "#line 4002 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37705,7 +37706,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4017 \"springls.h\"\n",
+    "#line 4018 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37772,7 +37773,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4084 \"springls.h\"\n",
+    "#line 4085 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37787,7 +37788,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4099 \"springls.h\"\n",
+    "#line 4100 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37854,7 +37855,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4167 \"springls.h\"\n",
+    "#line 4168 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38240,7 +38241,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4554 \"springls.h\"\n",
+    "#line 4555 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -38949,7 +38950,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5264 \"springls.h\"\n",
+    "#line 5265 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39209,7 +39210,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5525 \"springls.h\"\n",
+    "#line 5526 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -39411,7 +39412,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5728 \"springls.h\"\n",
+    "#line 5729 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -39528,7 +39529,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5846 \"springls.h\"\n",
+    "#line 5847 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39725,7 +39726,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6043 \"springls.h\"\n",
+    "#line 6044 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39740,7 +39741,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6059 \"springls.h\"\n",
+    "#line 6060 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -39934,7 +39935,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6253 \"springls.h\"\n",
+    "#line 6254 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39949,7 +39950,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6268 \"springls.h\"\n",
+    "#line 6269 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40143,7 +40144,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7081 \"springls.h\"\n",
+    "#line 7082 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40543,7 +40544,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7481 \"springls.h\"\n",
+    "#line 7482 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40558,7 +40559,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7497 \"springls.h\"\n",
+    "#line 7498 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40587,7 +40588,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7526 \"springls.h\"\n",
+    "#line 7527 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40602,7 +40603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7541 \"springls.h\"\n",
+    "#line 7542 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40631,10 +40632,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7571 \"springls.h\"\n",
+    "#line 7572 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7575 \"springls.h\"\n",
+    "#line 7576 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40722,7 +40723,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7664 \"springls.h\"\n",
+    "#line 7665 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40862,7 +40863,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7805 \"springls.h\"\n",
+    "#line 7806 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -40967,7 +40968,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7911 \"springls.h\"\n",
+    "#line 7912 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41199,7 +41200,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8144 \"springls.h\"\n",
+    "#line 8145 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41229,7 +41230,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8174 \"springls.h\"\n",
+    "#line 8175 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41244,7 +41245,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8190 \"springls.h\"\n",
+    "#line 8191 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41413,7 +41414,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8359 \"springls.h\"\n",
+    "#line 8360 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41428,7 +41429,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8374 \"springls.h\"\n",
+    "#line 8375 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41597,7 +41598,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8543 \"springls.h\"\n",
+    "#line 8544 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41651,7 +41652,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8598 \"springls.h\"\n",
+    "#line 8599 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41677,7 +41678,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8624 \"springls.h\"\n",
+    "#line 8625 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41692,7 +41693,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8640 \"springls.h\"\n",
+    "#line 8641 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41775,7 +41776,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8723 \"springls.h\"\n",
+    "#line 8724 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41790,7 +41791,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8738 \"springls.h\"\n",
+    "#line 8739 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41873,7 +41874,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8821 \"springls.h\"\n",
+    "#line 8822 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41947,7 +41948,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8896 \"springls.h\"\n",
+    "#line 8897 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42501,7 +42502,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9451 \"springls.h\"\n",
+    "#line 9452 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42597,7 +42598,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9548 \"springls.h\"\n",
+    "#line 9549 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42718,7 +42719,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9670 \"springls.h\"\n",
+    "#line 9671 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -42999,7 +43000,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9952 \"springls.h\"\n",
+    "#line 9953 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43085,7 +43086,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10039 \"springls.h\"\n",
+    "#line 10040 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43228,7 +43229,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10183 \"springls.h\"\n",
+    "#line 10184 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43417,7 +43418,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10373 \"springls.h\"\n",
+    "#line 10374 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43542,7 +43543,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10499 \"springls.h\"\n",
+    "#line 10500 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43576,7 +43577,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10534 \"springls.h\"\n",
+    "#line 10535 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44114,7 +44115,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11073 \"springls.h\"\n",
+    "#line 11074 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44264,7 +44265,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11224 \"springls.h\"\n",
+    "#line 11225 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44342,7 +44343,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11303 \"springls.h\"\n",
+    "#line 11304 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44591,7 +44592,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11553 \"springls.h\"\n",
+    "#line 11554 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44816,7 +44817,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11779 \"springls.h\"\n",
+    "#line 11780 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44920,7 +44921,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11884 \"springls.h\"\n",
+    "#line 11885 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45017,7 +45018,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11982 \"springls.h\"\n",
+    "#line 11983 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45555,7 +45556,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12521 \"springls.h\"\n",
+    "#line 12522 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45588,7 +45589,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12555 \"springls.h\"\n",
+    "#line 12556 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45613,14 +45614,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12581 \"springls.h\"\n",
+    "#line 12582 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12588 \"springls.h\"\n",
+    "#line 12589 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45635,7 +45636,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12604 \"springls.h\"\n",
+    "#line 12605 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45761,7 +45762,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12730 \"springls.h\"\n",
+    "#line 12731 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45776,7 +45777,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12745 \"springls.h\"\n",
+    "#line 12746 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45902,7 +45903,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12872 \"springls.h\"\n",
+    "#line 12873 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46194,7 +46195,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13165 \"springls.h\"\n",
+    "#line 13166 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46329,7 +46330,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17886 \"springls.h\"\n",
+    "#line 17887 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47439,7 +47440,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18997 \"springls.h\"\n",
+    "#line 18998 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48066,7 +48067,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19625 \"springls.h\"\n",
+    "#line 19626 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48663,7 +48664,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48667 \"springls.h\"\n",
+    "#line 48668 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -51686,9 +51687,12 @@ typedef struct springls__pair_list { springls__pair *pair; int count; } springls
 /* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
 typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
 
-/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). */
+/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). One that is not awake has slept as the step
+   began, and only counts. One that is put, and has slept, may look, but takes no part. One that is put and not asleep takes part without
+   being drawn to others. One that is awake looks. */
 typedef struct springls__body_rest {
     uint64_t version, stepped; /* springls_version of the model: as the step began, and after the last one            */
+    springls__box box;         /* of its particles after the last step, voxels                                         */
     int idle, idle_before;     /* steps without forces, the last ones, at most MOST_IDLE; as the step began            */
     int calm;                  /* how many steps, the last ones, have changed nothing of it nor beside it              */
     uint64_t facing_hash;      /* of what its springls faced after the last one in which it was awake                  */
@@ -51737,7 +51741,8 @@ struct springls_tiling {
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
-    springls__buffer marked;   /* working memory: a byte for each brick of the grid (tiling_rest.h)                   */
+    springls__buffer marked;   /* working memory: a byte for each brick of the grid, `mark` where it is marked (tiling_rest.h) */
+    uint8_t mark;
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -51794,7 +51799,11 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
 SPRINGLS__FN void springls__end_rest(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle = tiling->body[i].rest.calm = 0;
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        rest->idle = rest->calm = 0;
+        rest->put = false;
+    }
 }
 
 /* Replaces the bodies by `count` others, ascending by label. */
@@ -51820,6 +51829,16 @@ SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
         for (k = i; k > 0 && body[k - 1].label > moved.label; k--) body[k] = body[k - 1];
         body[k] = moved;
     }
+}
+
+/* Returns the box of a model's particles, voxels. */
+SPRINGLS__FN springls__box springls__particle_box(const springls_context *ctx)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < set->count; i++) box = springls__box_add(box, set->s[i].p);
+    return box;
 }
 
 /* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */
@@ -52651,13 +52670,9 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 /* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    const springls__constellation *set = &body->ctx->model.set;
-    int i;
     (void)tiling, (void)arg;
-    if (body->boxed == body->ctx->springls_version) return springls__read_cell_list(body->ctx);
+    if (body->boxed != body->ctx->springls_version) body->box = springls__particle_box(body->ctx);
     body->boxed = body->ctx->springls_version;
-    body->box = springls__box_empty();
-    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
     return springls__read_cell_list(body->ctx);
 }
 
@@ -52912,7 +52927,7 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
         const int count = body->ctx->model.set.count;
         if (!body->rest.looks) continue;
         job.own = i;
-        job.stays = body->rest.put;
+        job.stays = job.known && body->rest.put;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
         job.shift = move && springls__settles(body) ? (springls__v3 *)tiling->shift.data + body->first : NULL;
@@ -53228,46 +53243,55 @@ SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, co
 
 /* ---- bricks that are marked ---- */
 
+/* Clears the marks: from now on another byte marks a brick, and all bytes are set where none is left. */
 SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
 {
     const springls__grid *g = &tiling->host->model.grid;
     const size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->marked, bricks, 1, 0));
-    memset(tiling->marked.data, 0, bricks);
+    if (tiling->mark == 0 || tiling->mark == UINT8_MAX) {
+        memset(tiling->marked.data, 0, bricks);
+        tiling->mark = 0;
+    }
+    tiling->mark++;
     return SPRINGLS_OK;
 }
+
+SPRINGLS__FN void springls__mark_brick(springls_tiling *tiling, int brick) { ((uint8_t *)tiling->marked.data)[brick] = tiling->mark; }
 
 /* Marks the active bricks of a body that lie in a region. */
 SPRINGLS__FN void springls__mark_region(springls_tiling *tiling, const springls__tiling_body *body, const springls__force_region *region)
 {
     const springls__grid *g = &body->ctx->model.grid;
-    uint8_t *marked = (uint8_t *)tiling->marked.data;
     int i, origin[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], origin);
-        if (springls__reaches_brick(region, origin)) marked[g->slot_brick[g->active[i]]] = 1;
+        if (springls__reaches_brick(region, origin)) springls__mark_brick(tiling, g->slot_brick[g->active[i]]);
     }
 }
 
-/* Marks the bricks in which a body was when it was last looked at: a caller may have moved it away. */
+/* Returns the brick along axis k that a place is in, the nearest one of the grid. */
+SPRINGLS__FN int springls__brick_of_place(const springls__grid *g, int k, float x)
+{
+    return springls__cell_coordinate(x, 0, g->size[k]) / SPRINGLS__BRICK;
+}
+
+/* Marks the bricks in which the last step has left a body: a caller may have moved it away. */
 SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__tiling_body *body)
 {
     const springls__grid *g = &tiling->host->model.grid;
     const float reach = 2.0f; /* voxels */
-    const springls__v3 lower = springls__add(body->box.lower, springls__v3_make(-reach, -reach, -reach));
-    const springls__v3 upper = springls__add(body->box.upper, springls__v3_make(reach, reach, reach));
+    const float *lower = &body->rest.box.lower.x, *upper = &body->rest.box.upper.x;
     int first[3], last[3], at[3], k;
-    if (body->boxed == 0 || lower.x > upper.x) return;
-    springls__voxel_of_place(g, lower, first);
-    springls__voxel_of_place(g, upper, last);
+    if (body->rest.stepped == 0 || lower[0] > upper[0]) return;
     for (k = 0; k < 3; k++) {
-        first[k] /= SPRINGLS__BRICK;
-        last[k] /= SPRINGLS__BRICK;
+        first[k] = springls__brick_of_place(g, k, lower[k] - reach);
+        last[k] = springls__brick_of_place(g, k, upper[k] + reach);
     }
     for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
         for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
             for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
-                ((uint8_t *)tiling->marked.data)[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] = 1;
+                springls__mark_brick(tiling, at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]));
 }
 
 /* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
@@ -53280,7 +53304,7 @@ SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springl
         const int slot = g->active[i];
         bool stirs = !springls_at_rest(body->ctx) && g->awake[slot];
         for (o = 0; o < SPRINGLS__OCTANTS && !stirs; o++) stirs = g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
-        if (stirs) ((uint8_t *)tiling->marked.data)[g->slot_brick[slot]] = 1;
+        if (stirs) springls__mark_brick(tiling, g->slot_brick[slot]);
     }
 }
 
@@ -53290,7 +53314,7 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
     const springls__grid *g = &body->ctx->model.grid;
     int i;
     for (i = 0; i < g->active_count; i++)
-        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]]) return true;
+        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]] == tiling->mark) return true;
     return false;
 }
 
@@ -53298,23 +53322,30 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
 
 SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
 
-/* Begins anew to count for bodies whose springls a caller has changed since the last step, and for those beside them. */
+/* Returns whether a body begins anew to count: its springls are others, or a caller has woken it from the rest that it was put to. */
+SPRINGLS__FN bool springls__begins_anew(const springls__tiling_body *body)
+{
+    const springls__body_rest *rest = &body->rest;
+    return springls__is_changed(body) || (rest->idle == SPRINGLS__MOST_IDLE && rest->slept && !springls_at_rest(body->ctx));
+}
+
+/* Begins anew to count for bodies that a caller has changed, or woken, since the last step, and for those beside them. */
 SPRINGLS__FN springls_status springls__note_changes(springls_tiling *tiling)
 {
     const springls__force_region all = springls__whole_region();
     bool changed = false;
     int i;
-    for (i = 0; i < tiling->count; i++) changed = changed || springls__is_changed(&tiling->body[i]);
+    for (i = 0; i < tiling->count; i++) changed = changed || springls__begins_anew(&tiling->body[i]);
     if (!changed) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__clear_marks(tiling));
     for (i = 0; i < tiling->count; i++) {
-        if (!springls__is_changed(&tiling->body[i])) continue;
+        if (!springls__begins_anew(&tiling->body[i])) continue;
         springls__mark_region(tiling, &tiling->body[i], &all);
         springls__mark_box(tiling, &tiling->body[i]);
     }
     for (i = 0; i < tiling->count; i++) {
         springls__tiling_body *body = &tiling->body[i];
-        if (springls__is_changed(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
+        if (springls__begins_anew(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
     }
     return SPRINGLS_OK;
 }
@@ -53427,11 +53458,17 @@ SPRINGLS__FN void springls__note_rest(springls_tiling *tiling)
     }
 }
 
-/* Notes the springls as a step has left them. Reading a model, which may move its phi for a while, leaves them. */
+/* Notes the springls as a step has left them, and where. Reading a model, which may move its phi for a while, leaves them. */
 SPRINGLS__FN void springls__note_springls(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.stepped = tiling->body[i].ctx->springls_version;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!springls__is_changed(body)) continue;
+        rest->box = body->boxed == body->ctx->springls_version ? body->box : springls__particle_box(body->ctx);
+        rest->stepped = body->ctx->springls_version;
+    }
 }
 
 /* ======== >>tiling_snapshot  (src/tiling/tiling_snapshot.h) ==================================================== */
@@ -55163,7 +55200,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     (void)tiling, (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
-    if (body->backup.bytes > size + size / 4) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
+    if (body->backup.bytes > 2 * size) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
@@ -55183,7 +55220,8 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
-        if (body->backup_size) body->rest.calm = 0;
+        if (body->rest.looks || body->backup_size) body->rest.calm = 0;
+        if (body->backup_size) body->rest.slept = false; /* a model that has been restored has to fall asleep again */
         body->backup_size = 0;
         body->rest.idle = body->rest.idle_before;
     }
@@ -55364,6 +55402,21 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
+/* Fails where the time of a body is so large that the step would not change it: those that only count are not backed up. */
+SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    int i;
+    for (i = 0; i < tiling->count && desc->dt > 0.0f; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const double time = body->ctx->time;
+        if (body->rest.awake || time + (double)desc->dt != time) continue;
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                              "tiling_step: label %d: at time %g a step of %g does not change the time", (int)body->label, time,
+                              (double)desc->dt);
+    }
+    return SPRINGLS_OK;
+}
+
 /* Does the work of the bodies that are awake, on a checked description. On failure models are left as they are. */
 SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                        springls_tiling_report *report)
@@ -55425,6 +55478,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     bool facing_known;
     int count, i;
     SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
+    SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;

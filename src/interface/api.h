@@ -1246,8 +1246,9 @@ typedef struct springls_tiling_step_desc {
     int held_count;
     springls_integrator integrator;
     float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
-                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. Both all zero:
-                                        everywhere; they have to be with tension or held volumes                      */
+                                        moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. What is elsewhere
+                                        is found by bricks of 8^3 voxels; label 0 takes part where it is touched, and with film all
+                                        bodies do. Both all zero: everywhere; they have to be with tension or held volumes */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a

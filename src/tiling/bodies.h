@@ -25,9 +25,12 @@ typedef struct springls__pair_list { springls__pair *pair; int count; } springls
 /* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
 typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
 
-/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). */
+/* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). One that is not awake has slept as the step
+   began, and only counts. One that is put, and has slept, may look, but takes no part. One that is put and not asleep takes part without
+   being drawn to others. One that is awake looks. */
 typedef struct springls__body_rest {
     uint64_t version, stepped; /* springls_version of the model: as the step began, and after the last one            */
+    springls__box box;         /* of its particles after the last step, voxels                                         */
     int idle, idle_before;     /* steps without forces, the last ones, at most MOST_IDLE; as the step began            */
     int calm;                  /* how many steps, the last ones, have changed nothing of it nor beside it              */
     uint64_t facing_hash;      /* of what its springls faced after the last one in which it was awake                  */
@@ -76,7 +79,8 @@ struct springls_tiling {
     springls_walls walls;      /* in a step that has surface tension, or holds volumes                               */
     uint32_t steps;            /* since all bodies were set                                                          */
     bool facing_known;         /* a step has given every springl the label that it faces                             */
-    springls__buffer marked;   /* working memory: a byte for each brick of the grid (tiling_rest.h)                   */
+    springls__buffer marked;   /* working memory: a byte for each brick of the grid, `mark` where it is marked (tiling_rest.h) */
+    uint8_t mark;
 };
 
 /* The attribute that holds the label that a springl faces. */
@@ -133,7 +137,11 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
 SPRINGLS__FN void springls__end_rest(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.idle = tiling->body[i].rest.calm = 0;
+    for (i = 0; i < tiling->count; i++) {
+        springls__body_rest *rest = &tiling->body[i].rest;
+        rest->idle = rest->calm = 0;
+        rest->put = false;
+    }
 }
 
 /* Replaces the bodies by `count` others, ascending by label. */
@@ -159,6 +167,16 @@ SPRINGLS__FN void springls__sort_bodies(springls__tiling_body *body, int count)
         for (k = i; k > 0 && body[k - 1].label > moved.label; k--) body[k] = body[k - 1];
         body[k] = moved;
     }
+}
+
+/* Returns the box of a model's particles, voxels. */
+SPRINGLS__FN springls__box springls__particle_box(const springls_context *ctx)
+{
+    const springls__constellation *set = &ctx->model.set;
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < set->count; i++) box = springls__box_add(box, set->s[i].p);
+    return box;
 }
 
 /* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */

@@ -56,13 +56,9 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 /* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    const springls__constellation *set = &body->ctx->model.set;
-    int i;
     (void)tiling, (void)arg;
-    if (body->boxed == body->ctx->springls_version) return springls__read_cell_list(body->ctx);
+    if (body->boxed != body->ctx->springls_version) body->box = springls__particle_box(body->ctx);
     body->boxed = body->ctx->springls_version;
-    body->box = springls__box_empty();
-    for (i = 0; i < set->count; i++) body->box = springls__box_add(body->box, set->s[i].p);
     return springls__read_cell_list(body->ctx);
 }
 
@@ -317,7 +313,7 @@ SPRINGLS__FN springls_status springls__look_at_sheets(springls_tiling *tiling, c
         const int count = body->ctx->model.set.count;
         if (!body->rest.looks) continue;
         job.own = i;
-        job.stays = body->rest.put;
+        job.stays = job.known && body->rest.put;
         job.facing = springls__facing_values(body);
         job.gap = (float *)tiling->gap.data + body->first;
         job.shift = move && springls__settles(body) ? (springls__v3 *)tiling->shift.data + body->first : NULL;

@@ -52,46 +52,55 @@ SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, co
 
 /* ---- bricks that are marked ---- */
 
+/* Clears the marks: from now on another byte marks a brick, and all bytes are set where none is left. */
 SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
 {
     const springls__grid *g = &tiling->host->model.grid;
     const size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->marked, bricks, 1, 0));
-    memset(tiling->marked.data, 0, bricks);
+    if (tiling->mark == 0 || tiling->mark == UINT8_MAX) {
+        memset(tiling->marked.data, 0, bricks);
+        tiling->mark = 0;
+    }
+    tiling->mark++;
     return SPRINGLS_OK;
 }
+
+SPRINGLS__FN void springls__mark_brick(springls_tiling *tiling, int brick) { ((uint8_t *)tiling->marked.data)[brick] = tiling->mark; }
 
 /* Marks the active bricks of a body that lie in a region. */
 SPRINGLS__FN void springls__mark_region(springls_tiling *tiling, const springls__tiling_body *body, const springls__force_region *region)
 {
     const springls__grid *g = &body->ctx->model.grid;
-    uint8_t *marked = (uint8_t *)tiling->marked.data;
     int i, origin[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], origin);
-        if (springls__reaches_brick(region, origin)) marked[g->slot_brick[g->active[i]]] = 1;
+        if (springls__reaches_brick(region, origin)) springls__mark_brick(tiling, g->slot_brick[g->active[i]]);
     }
 }
 
-/* Marks the bricks in which a body was when it was last looked at: a caller may have moved it away. */
+/* Returns the brick along axis k that a place is in, the nearest one of the grid. */
+SPRINGLS__FN int springls__brick_of_place(const springls__grid *g, int k, float x)
+{
+    return springls__cell_coordinate(x, 0, g->size[k]) / SPRINGLS__BRICK;
+}
+
+/* Marks the bricks in which the last step has left a body: a caller may have moved it away. */
 SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__tiling_body *body)
 {
     const springls__grid *g = &tiling->host->model.grid;
     const float reach = 2.0f; /* voxels */
-    const springls__v3 lower = springls__add(body->box.lower, springls__v3_make(-reach, -reach, -reach));
-    const springls__v3 upper = springls__add(body->box.upper, springls__v3_make(reach, reach, reach));
+    const float *lower = &body->rest.box.lower.x, *upper = &body->rest.box.upper.x;
     int first[3], last[3], at[3], k;
-    if (body->boxed == 0 || lower.x > upper.x) return;
-    springls__voxel_of_place(g, lower, first);
-    springls__voxel_of_place(g, upper, last);
+    if (body->rest.stepped == 0 || lower[0] > upper[0]) return;
     for (k = 0; k < 3; k++) {
-        first[k] /= SPRINGLS__BRICK;
-        last[k] /= SPRINGLS__BRICK;
+        first[k] = springls__brick_of_place(g, k, lower[k] - reach);
+        last[k] = springls__brick_of_place(g, k, upper[k] + reach);
     }
     for (at[2] = first[2]; at[2] <= last[2]; at[2]++)
         for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
             for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
-                ((uint8_t *)tiling->marked.data)[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] = 1;
+                springls__mark_brick(tiling, at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]));
 }
 
 /* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
@@ -104,7 +113,7 @@ SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springl
         const int slot = g->active[i];
         bool stirs = !springls_at_rest(body->ctx) && g->awake[slot];
         for (o = 0; o < SPRINGLS__OCTANTS && !stirs; o++) stirs = g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
-        if (stirs) ((uint8_t *)tiling->marked.data)[g->slot_brick[slot]] = 1;
+        if (stirs) springls__mark_brick(tiling, g->slot_brick[slot]);
     }
 }
 
@@ -114,7 +123,7 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
     const springls__grid *g = &body->ctx->model.grid;
     int i;
     for (i = 0; i < g->active_count; i++)
-        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]]) return true;
+        if (((const uint8_t *)tiling->marked.data)[g->slot_brick[g->active[i]]] == tiling->mark) return true;
     return false;
 }
 
@@ -122,23 +131,30 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
 
 SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
 
-/* Begins anew to count for bodies whose springls a caller has changed since the last step, and for those beside them. */
+/* Returns whether a body begins anew to count: its springls are others, or a caller has woken it from the rest that it was put to. */
+SPRINGLS__FN bool springls__begins_anew(const springls__tiling_body *body)
+{
+    const springls__body_rest *rest = &body->rest;
+    return springls__is_changed(body) || (rest->idle == SPRINGLS__MOST_IDLE && rest->slept && !springls_at_rest(body->ctx));
+}
+
+/* Begins anew to count for bodies that a caller has changed, or woken, since the last step, and for those beside them. */
 SPRINGLS__FN springls_status springls__note_changes(springls_tiling *tiling)
 {
     const springls__force_region all = springls__whole_region();
     bool changed = false;
     int i;
-    for (i = 0; i < tiling->count; i++) changed = changed || springls__is_changed(&tiling->body[i]);
+    for (i = 0; i < tiling->count; i++) changed = changed || springls__begins_anew(&tiling->body[i]);
     if (!changed) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__clear_marks(tiling));
     for (i = 0; i < tiling->count; i++) {
-        if (!springls__is_changed(&tiling->body[i])) continue;
+        if (!springls__begins_anew(&tiling->body[i])) continue;
         springls__mark_region(tiling, &tiling->body[i], &all);
         springls__mark_box(tiling, &tiling->body[i]);
     }
     for (i = 0; i < tiling->count; i++) {
         springls__tiling_body *body = &tiling->body[i];
-        if (springls__is_changed(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
+        if (springls__begins_anew(body) || springls__is_marked(tiling, body)) body->rest.idle = body->rest.calm = 0;
     }
     return SPRINGLS_OK;
 }
@@ -251,11 +267,17 @@ SPRINGLS__FN void springls__note_rest(springls_tiling *tiling)
     }
 }
 
-/* Notes the springls as a step has left them. Reading a model, which may move its phi for a while, leaves them. */
+/* Notes the springls as a step has left them, and where. Reading a model, which may move its phi for a while, leaves them. */
 SPRINGLS__FN void springls__note_springls(springls_tiling *tiling)
 {
     int i;
-    for (i = 0; i < tiling->count; i++) tiling->body[i].rest.stepped = tiling->body[i].ctx->springls_version;
+    for (i = 0; i < tiling->count; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        springls__body_rest *rest = &tiling->body[i].rest;
+        if (!springls__is_changed(body)) continue;
+        rest->box = body->boxed == body->ctx->springls_version ? body->box : springls__particle_box(body->ctx);
+        rest->stepped = body->ctx->springls_version;
+    }
 }
 
 #endif

@@ -130,7 +130,7 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     (void)tiling, (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
-    if (body->backup.bytes > size + size / 4) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
+    if (body->backup.bytes > 2 * size) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
@@ -150,7 +150,8 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
-        if (body->backup_size) body->rest.calm = 0;
+        if (body->rest.looks || body->backup_size) body->rest.calm = 0;
+        if (body->backup_size) body->rest.slept = false; /* a model that has been restored has to fall asleep again */
         body->backup_size = 0;
         body->rest.idle = body->rest.idle_before;
     }
@@ -331,6 +332,21 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
+/* Fails where the time of a body is so large that the step would not change it: those that only count are not backed up. */
+SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    int i;
+    for (i = 0; i < tiling->count && desc->dt > 0.0f; i++) {
+        const springls__tiling_body *body = &tiling->body[i];
+        const double time = body->ctx->time;
+        if (body->rest.awake || time + (double)desc->dt != time) continue;
+        return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
+                              "tiling_step: label %d: at time %g a step of %g does not change the time", (int)body->label, time,
+                              (double)desc->dt);
+    }
+    return SPRINGLS_OK;
+}
+
 /* Does the work of the bodies that are awake, on a checked description. On failure models are left as they are. */
 SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                        springls_tiling_report *report)
@@ -392,6 +408,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     bool facing_known;
     int count, i;
     SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
+    SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
     for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;

@@ -935,19 +935,21 @@ TEST all_come_to_rest(void)
     PASS();
 }
 
-/* Moves all springls of a body. */
-static springls_status shift_body(springls_context *body, float by)
+/* Moves all springls of a body along the axes from `axis` on. */
+static springls_status shift_along(springls_context *body, int axis, float by)
 {
     const springls_view view = springls_view_vertices(body);
     const int count = springls_count(body);
     float *places = (float *)malloc(sizeof(float) * 9u * (size_t)count);
     springls_status status;
     int i;
-    for (i = 0; i < 9 * count; i++) places[i] = ((const float *)view.data)[i] + by;
+    for (i = 0; i < 9 * count; i++) places[i] = ((const float *)view.data)[i] + (i % 3 >= axis ? by : 0.0f);
     status = springls_write(body, 0, count, places, NULL);
     free(places);
     return status;
 }
+
+static springls_status shift_body(springls_context *body, float by) { return shift_along(body, 0, by); }
 
 /* What is changed by hand shortly before a tiling would be put to rest has as many steps to settle; also where it is restored in
    between. */
@@ -1078,6 +1080,131 @@ TEST others_rest(bool by_hand)
     PASS();
 }
 
+/* Returns how many steps without forces a block has of a label (tiling_snapshot.h), -1: it has no such body. */
+static int idle_in(springls_tiling *tiling, int32_t label)
+{
+    size_t size, at;
+    char *block = block_of(tiling, SPRINGLS_SNAPSHOT_KIND_FRAME, &size);
+    int32_t found[2] = { -1, -1 };
+    for (at = 0; at + 24 <= size && found[0] != label; at += 8)
+        if (memcmp(block + at, "BODY", 4) == 0) memcpy(found, block + at + 16, sizeof found);
+    free(block);
+    return found[0] == label ? (int)found[1] : -1;
+}
+
+/* Makes a bar, and steps until all of it rests. */
+static springls_status set_resting_bar(springls_tiling **tiling, const springls_tiling_step_desc *step)
+{
+    springls_status status = set_bar(tiling, NULL);
+    int i;
+    for (i = 0; i < 280 && status == SPRINGLS_OK; i++) status = springls_tiling_step(*tiling, step, NULL);
+    return status;
+}
+
+/* Where a body that rests is moved away, with its level set, the one that it leaves behind begins its count anew; also in a tiling that has
+   been restored, whose bodies were elsewhere, or were none. What a caller only wakes begins anew, too. */
+TEST the_left_begin_anew(void)
+{
+    springls_tiling *tiling = NULL, *other = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    int i;
+    step.dt = 0.125f;
+    ASSERT_OK(set_resting_bar(&tiling, &step));
+    ASSERT_EQ(7, resting_bodies(tiling));
+    ASSERT_OK(set_bar(&other, NULL));
+    ASSERT_OK(bring_to(other, tiling));
+    for (i = 1; i <= 6; i++) ASSERT_EQ(256, idle_in(tiling, i));
+    for (i = 0; i < 2; i++) {
+        springls_context *body = springls_tiling_body(i ? other : tiling, 1);
+        ASSERT_OK(shift_along(body, 2, 36.0f));
+        ASSERT_OK(springls_set_reference(body));
+    }
+    for (i = 0; i <= 6; i++) ASSERT_EQ(idle_in(other, i), idle_in(tiling, i));
+    ASSERT_EQ(0, idle_in(tiling, 2));
+    ASSERT_EQ(256, idle_in(tiling, 3));
+    for (i = 0; i < 16; i++) {
+        ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+        ASSERT_OK(springls_tiling_step(other, &step, NULL));
+        ASSERT(springls_tiling_state_hash(tiling) == springls_tiling_state_hash(other));
+    }
+    ASSERT_EQ(256, idle_in(tiling, 3));
+    ASSERT(springls_at_rest(springls_tiling_body(tiling, 3)));
+    ASSERT_OK(springls_set_reference(springls_tiling_body(tiling, 3)));
+    ASSERT_FALSE(springls_at_rest(springls_tiling_body(tiling, 3)));
+    ASSERT_EQ(0, idle_in(tiling, 3));
+    springls_tiling_destroy(tiling);
+    springls_tiling_destroy(other);
+    PASS();
+}
+
+/* Where a body that rests cannot count, no other does. */
+TEST times_are_checked_first(void)
+{
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    uint64_t before;
+    int i;
+    step.dt = 0.125f;
+    ASSERT_OK(set_resting_bar(&tiling, &step));
+    springls_set_time(springls_tiling_body(tiling, 3), 1e15);
+    before = springls_tiling_state_hash(tiling);
+    step.dt = 1e-3f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_step(tiling, &step, NULL));
+    ASSERT(error_has(tiling, "label 3"));
+    for (i = 0; i <= 6; i++) if (i != 3) ASSERT(springls_time(springls_tiling_body(tiling, i)) == 280 * 0.125);
+    ASSERT(springls_tiling_state_hash(tiling) == before);
+    ASSERT_EQ(7, resting_bodies(tiling));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* A body that is added to others at rest, and touches one, can be joined with it before a step. */
+TEST the_added_join_what_rests(void)
+{
+    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                       2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    float corner[24];
+    int i, body;
+    step.dt = 0.125f;
+    for (body = 0; body < 3; body++) { /* one behind the other along x; the last one is added to two that rest */
+        for (i = 0; i < 8; i++) {
+            corner[3 * i] = 4.0f + 5.0f * (float)(body + (i & 1));
+            corner[3 * i + 1] = i & 2 ? 16.0f : 8.0f;
+            corner[3 * i + 2] = i & 4 ? 16.0f : 8.0f;
+        }
+        ASSERT_OK(springls_tiling_add_mesh(tiling, body + 1, corner, 8, 0, triangles, 12, NULL));
+        for (i = 0; i < 260 && body == 1; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    }
+    ASSERT_OK(springls_tiling_join(tiling, 2, 3));
+    ASSERT_EQ(2, springls_tiling_count(tiling));
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
+/* Where the model of a body at rest is replaced, the gaps of the others stay reported. */
+TEST gaps_at_rest_stay_known(void)
+{
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_tiling_report before, after;
+    springls_context *body;
+    springls_mesh mesh;
+    ASSERT_OK(set_resting_bar(&tiling, &step));
+    ASSERT_OK(springls_tiling_step(tiling, &step, &before));
+    body = springls_tiling_body(tiling, 1);
+    memset(&mesh, 0, sizeof mesh);
+    ASSERT_OK(springls_extract_mesh(body, &mesh));
+    ASSERT_OK(springls_set_mesh(body, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
+    springls_mesh_free(body, &mesh);
+    ASSERT_OK(springls_tiling_step(tiling, &step, &after));
+    if (GREATEST_IS_VERBOSE()) printf("  faced: %d before, %d after\n", before.faced, after.faced);
+    ASSERT_GT(after.faced, before.faced * 9 / 10);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* A region of forces has to be one, and surface tension has none. */
 TEST wrong_regions_are_refused(void)
 {
@@ -1155,6 +1282,10 @@ int main(int argc, char **argv)
     RUN_TEST(what_may_not_sleep_is_not_put_to_rest);
     RUN_TESTp(others_rest, true);
     RUN_TESTp(others_rest, false);
+    RUN_TEST(the_left_begin_anew);
+    RUN_TEST(times_are_checked_first);
+    RUN_TEST(the_added_join_what_rests);
+    RUN_TEST(gaps_at_rest_stay_known);
     RUN_TEST(wrong_regions_are_refused);
     GREATEST_MAIN_END();
 }
