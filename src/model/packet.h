@@ -69,6 +69,22 @@ SPRINGLS__FN float springls__packet_apart2(const springls__packet *packet, const
     return dx * dx + dy * dy + dz * dz;
 }
 
+/* Returns true where a triangle's box is further from place i than what has been found, by more than all rounding errors: without SIMD,
+   where a place alone is worth it. (d + slack)^2 is at most 1.01 d^2 + 101 slack^2. */
+SPRINGLS__FN bool springls__packet_passes(const springls__packet_search *search, int triangle, int i)
+{
+#if SPRINGLS__LANES == 1
+    const springls__v3 x = springls__v3_make(search->packet->x[i], search->packet->y[i], search->packet->z[i]);
+    return springls__bvh_triangle_distance2(search->surface->points + 3 * triangle, x)
+           > 1.01f * search->d2[i] + 102.0f * search->slack * search->slack;
+#else
+    (void)search;
+    (void)triangle;
+    (void)i;
+    return false;
+#endif
+}
+
 /* Lowers the distances of a packet to those from a triangle. */
 SPRINGLS__FN void springls__packet_try(springls__packet_search *search, int triangle)
 {
@@ -77,8 +93,10 @@ SPRINGLS__FN void springls__packet_try(springls__packet_search *search, int tria
     float most = 0.0f;
     int i;
     for (i = 0; i < SPRINGLS__PACKET; i += SPRINGLS__LANES) {
-        const springls__vec best = springls__vec_load(search->d2 + i);
-        const springls__vec d2 = springls__vec_tri_closest2(t, springls__packet_places(search->packet, i));
+        springls__vec best, d2;
+        if (springls__packet_passes(search, triangle, i)) continue;
+        best = springls__vec_load(search->d2 + i);
+        d2 = springls__vec_tri_closest2(t, springls__packet_places(search->packet, i));
         closer = closer || springls__vec_any(d2 < best);
         springls__vec_store(search->d2 + i, springls__vec_min(d2, best));
     }

@@ -1120,8 +1120,8 @@ TEST every_allocation_may_fail(int call)
 
 /* ---- combinations that drop unused triangles ---- */
 
-/* A small ball with a hole and a knob, so that its original surface has three tools, about to drop those without use; and one that has tools
-   itself. */
+/* A small ball with a hole and a knob, so that its original surface has three tools, about to drop those without use; and one that has
+   tools itself. */
 static springls_status make_dropping(const springls_allocator *allocator, springls_context *pair[2])
 {
     static const float place[2][3] = { { 6.5f, 9.5f, 8.0f }, { 10.5f, 8.5f, 11.5f } };

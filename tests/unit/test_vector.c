@@ -227,8 +227,8 @@ static springls__v3 beside(springls__tri t, float u, float v, float height)
     return springls__mad(springls__mad(springls__mad(t.a, ab, u), ac, v), springls__normalize(springls__cross(ab, ac)), height);
 }
 
-/* Distances to the closest point of a triangle have the bits of single places over its face, edges and corners (the regions of u and v), and
-   where it has no area: a point, a segment, corners on a line, and so thin that n^2 <= 1e-20. */
+/* Distances to the closest point of a triangle have the bits of single places over its face, edges and corners, and where it has no area:
+   a point, a segment, corners on a line, and so thin that n^2 <= 1e-20. */
 TEST lanes_are_closest_points(void)
 {
     static const float along[] = { -0.7f, 0.0f, 0.2f, 0.4f, 1.0f, 1.8f };
