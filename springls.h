@@ -52243,13 +52243,13 @@ SPRINGLS__FN springls__brick_box springls__bricks_of_label(const springls_tiling
 /* Moves the model of a body into memory that is no larger than it needs: it was made of many more bricks than it has. */
 SPRINGLS__FN springls_status springls__pack_body(springls_tiling *tiling, const char *call, springls__tiling_body *body)
 {
-    springls__tiling_body packed;
+    springls__tiling_body copy;
     springls_status status;
-    SPRINGLS__TRY(springls__body_create(tiling, call, body->label, &packed));
-    status = springls__copy_model(packed.ctx, body->ctx);
-    if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, body->label, packed.ctx);
-    springls__body_free(status == SPRINGLS_OK ? body : &packed);
-    if (status == SPRINGLS_OK) *body = packed;
+    SPRINGLS__TRY(springls__body_create(tiling, call, body->label, &copy));
+    status = springls__copy_model(copy.ctx, body->ctx);
+    if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, body->label, copy.ctx);
+    springls__body_free(status == SPRINGLS_OK ? body : &copy);
+    if (status == SPRINGLS_OK) *body = copy;
     return status;
 }
 
