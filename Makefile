@@ -69,12 +69,13 @@ springls.h: build/springls.h.new   ## put the parts together again, if one has c
 	@cmp -s $< $@ || { echo "  $@"; cp $< $@; }
 
 # springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
-check: build/embed check-folders   ## is springls.h what the parts produce? are all includes of lower folders? is the OpenCL text clean?
+check: build/embed check-folders   ## is springls.h what the parts produce? are all includes of lower folders? is the OpenCL text clean? are lines short, and names no macros of programs?
 	@build/embed src/springls_parts.h $(DEVICE_TEXT) > build/springls.h.check
 	@cmp -s springls.h build/springls.h.check || { \
 	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
+	@CC="$(CC)" tests/portability/text.sh
 	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl

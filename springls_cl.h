@@ -81,23 +81,24 @@ typedef struct springls_cl_desc {
     size_t velocity_user_bytes;    /* bytes of springls_forces.user, sent at every step; 0: the source reads no user */
     springls_logger logger;   /* receives what was chosen, why there is none, and build logs with lines of springls.h */
     springls_cl_cache cache;  /* where compiled programs are kept                                                    */
-    springls_tasks tasks;     /* threads on which springls_cl_prepare compiles; they last as long as the backend; no parallel_for: the calling one */
+    springls_tasks tasks; /* threads on which springls_cl_prepare compiles; they last as long as the backend; no parallel_for: the
+                             calling one */
 } springls_cl_desc;
 
-/* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels that every step uses, which may take
-   seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. A backend and its contexts
-   are used by one thread at a time; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
-   allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the
-   build log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a device or a queue comes without its context, a queue is
-   not in order, only one of velocity and velocity_source is given, the source has no springls_velocity, or cache has one callback only,
-   a folder and callbacks, or a folder without a name. */
+/* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels that every step uses, which may take seconds;
+   others are compiled when they are first needed, program by program, or by springls_cl_prepare. A backend and its contexts are used by one
+   thread at a time; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left allocated.
+   DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the build log.
+   OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a device or a queue comes without its context, a queue is not in
+   order, only one of velocity and velocity_source is given, the source has no springls_velocity, or cache has one callback only, a folder
+   and callbacks, or a folder without a name. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
-/* Compiles all programs that are not compiled yet, on springls_cl_desc.tasks, and starts every kernel once with nothing to do, so
-   that no driver compiles anything during a step. May take a minute. progress: receives, in the calling thread, the fraction of
-   kernels compiled and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL:
-   none. When all is compiled, a call takes some milliseconds. CANCELLED: what is compiled stays; the rest is compiled when it is needed. DEVICE_FAILED,
-   OUT_OF_MEMORY: the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
+/* Compiles all programs that are not compiled yet, on springls_cl_desc.tasks, and starts every kernel once with nothing to do, so that no
+   driver compiles anything during a step. May take a minute. progress: receives, in the calling thread, the fraction of kernels compiled
+   and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL: none. When all is compiled, a
+   call takes some milliseconds. CANCELLED: what is compiled stays; the rest is compiled when it is needed. DEVICE_FAILED, OUT_OF_MEMORY:
+   the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress);
 
 /* Destroys a backend, after the contexts that use it; NULL is allowed. */

@@ -86,8 +86,8 @@ static bool read_solid(struct solid *s)
     char error[MESH_TEXT];
     const int ball = shape_numbers(s->text, "ball", 4, n), box = ball ? 0 : shape_numbers(s->text, "box", 4, n);
     if (ball < 0 || box < 0) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size, of at most 1e6 each: ball:x,y,z,radius or box:x,y,z,half",
-                 s->text);
+        cli_fail("csg", CLI_EXIT_FAILURE,
+                 "%s: wanted are a place, and a positive size, of at most 1e6 each: ball:x,y,z,radius or box:x,y,z,half", s->text);
         return false;
     }
     s->is_ball = ball > 0;
@@ -153,8 +153,9 @@ static bool lie_together(const struct csg *csg)
         extent = fmax(extent, upper - lower);
     }
     return csg->count < 2 || extent <= most * size
-        || cli_fail("csg", CLI_EXIT_FAILURE, "%s and %s lie %.4g apart, %.0f times their size: too much for one grid (512)", csg->solids[0].text,
-                    csg->solids[1].text, extent - size, extent / size) == CLI_CONTINUE;
+        || cli_fail("csg", CLI_EXIT_FAILURE, "%s and %s lie %.4g apart, %.0f times their size: too much for one grid (512)",
+                    csg->solids[0].text, csg->solids[1].text, extent - size, extent / size)
+        == CLI_CONTINUE;
 }
 
 /* Makes a grid of cubes around all solids, with a margin for the result. */

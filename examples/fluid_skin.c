@@ -204,7 +204,8 @@ static void run_frame(springls_context *skin, springls_context *alone, const spr
 
 static void write_film(struct model_frame *frames, int count, const char *path)
 {
-    const struct model_view view = {.direction = {0.5f, -1.0f, 0.6f}, .up = {0, 0, 1}, .width = 300, .height = 210, .by_correspondence = true};
+    const struct model_view view = {
+        .direction = {0.5f, -1.0f, 0.6f}, .up = {0, 0, 1}, .width = 300, .height = 210, .by_correspondence = true};
     if (!model_film_write(frames, count, &view, path)) cli_write_failed("fluid_skin", path), exit(1);
 }
 

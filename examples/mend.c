@@ -195,16 +195,16 @@ static bool make_solid(struct mend *m, springls_backend *backend)
     }
     const bool fine = mesh_followed(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, triangles, (int)m->skin.triangle_count,
                                     (float)m->spacing, &m->followed)
-                          == SPRINGLS_OK
-                      && extract(m)
-                      && carry_colors(m, triangles) && solid_remove_slivers(&m->result, m->spacing, m->colors) && thin_out(m) && color_by_look(m)
-                      && solid_measure(&m->result, &m->measures);
+            == SPRINGLS_OK
+        && extract(m) && carry_colors(m, triangles) && solid_remove_slivers(&m->result, m->spacing, m->colors) && thin_out(m)
+        && color_by_look(m) && solid_measure(&m->result, &m->measures);
     free(triangles);
     if (!fine) {
         return report_failure(m);
     }
     return m->result.triangle_count > 0
-        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: thinner than the voxels, of %.4g: nothing is left", m->input, m->spacing) == CLI_CONTINUE;
+        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: thinner than the voxels, of %.4g: nothing is left", m->input, m->spacing)
+        == CLI_CONTINUE;
 }
 
 /* ---- output ---- */
@@ -219,8 +219,8 @@ static void warn_of_floats(const struct mend *m)
                         "precision\n", m->input, step, step / m->spacing);
     } else if (is_moved(m) && dot && strcasecmp(dot, ".stl") == 0) {
         const double furthest = fmax(fabs(m->origin[0]), fmax(fabs(m->origin[1]), fabs(m->origin[2])));
-        fprintf(stderr, "mend: warning: %s: STL has floats only, in steps of %.2g (%.2g voxels): PLY, OBJ and GLB keep all digits\n", m->out,
-                furthest * 1.2e-7, furthest * 1.2e-7 / m->spacing);
+        fprintf(stderr, "mend: warning: %s: STL has floats only, in steps of %.2g (%.2g voxels): PLY, OBJ and GLB keep all digits\n",
+                m->out, furthest * 1.2e-7, furthest * 1.2e-7 / m->spacing);
     }
 }
 
@@ -536,7 +536,8 @@ int main(int argc, char **argv)
         {"triangles", CLI_INT, &m.triangles, "N", "at most so many triangles, the topology permitting", 4.0, 1e8, NULL},
         {"tolerance", CLI_DOUBLE, &m.tolerance, "VOXELS", "fewer triangles, as long as the surface moves by no more", 0.001, 64.0, NULL},
         {"texture", CLI_INT, &m.texture, "N",
-         "texels a side of the image in GLB, for files with images (default: 1024 or more, found; 0: colors of vertices)", 0.0, 8192.0, NULL},
+         "texels a side of the image in GLB, for files with images (default: 1024 or more, found; 0: colors of vertices)", 0.0, 8192.0,
+         NULL},
         {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},

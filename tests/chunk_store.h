@@ -1,5 +1,5 @@
-/* chunk_store.h - what an engine keeps of chunks, and whether it is closed; a brush that moves a model. SIDE: chunks along a side of the grid,
-   defined before. */
+/* chunk_store.h - what an engine keeps of chunks, and whether it is closed; a brush that moves a model. SIDE: chunks along a side of the
+   grid, defined before. */
 #ifndef SPRINGLS_TESTS_CHUNK_STORE_H
 #define SPRINGLS_TESTS_CHUNK_STORE_H
 

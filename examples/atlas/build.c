@@ -259,7 +259,8 @@ bool atlas_build_run(struct atlas_build *build)
         return false;
     }
     build->correspond_seconds = elapsed_seconds() - read;
-    bool good = atlas_model_make(build) && (set->same_vertices || atlas_truth_measure(build)) && atlas_templates_make(build), all[ATLAS_MAX_SUBJECTS];
+    bool good = atlas_model_make(build) && (set->same_vertices || atlas_truth_measure(build)) && atlas_templates_make(build),
+         all[ATLAS_MAX_SUBJECTS];
     for (int s = 0; s < set->count; ++s) {
         all[s] = true;
     }

@@ -67,7 +67,8 @@ static bool judge(const struct fusion_template *template, int subject, float *pr
     return good;
 }
 
-/* Predicts y at `at` by the line of least squares through the points, or by their mean where the line falls; error: root mean square of what lines through the others miss. */
+/* Predicts y at `at` by the line of least squares through the points, or by their mean where the line falls; error: root mean square of
+   what lines through the others miss. */
 static double predict(const double *x, const double *y, int count, double at, double *error)
 {
     double mx = 0.0, my = 0.0, xx = 0.0, xy = 0.0, square = 0.0;

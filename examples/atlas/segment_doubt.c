@@ -116,8 +116,10 @@ bool atlas_is_trusted(const struct atlas_segment *run)
     switch (c->doubt) {
     case ATLAS_TRUSTED: return true;
     case ATLAS_MIRRORED:
-        return atlas_fail("%.200s: not to be trusted: it is mirrored, or the other side of the body: its correlation with the atlas's prediction "
-                          "is %.2f with left and right exchanged, %.2f as it is", image, c->changed, c->agreement);
+        return atlas_fail(
+            "%.200s: not to be trusted: it is mirrored, or the other side of the body: its correlation with the atlas's prediction "
+            "is %.2f with left and right exchanged, %.2f as it is",
+            image, c->changed, c->agreement);
     case ATLAS_INVERTED:
         return atlas_fail("%.200s: not to be trusted: its contrast is that of the subjects inverted: its correlation with the atlas's "
                           "prediction is %.2f with bright and dark exchanged, %.2f as it is", image, c->changed, c->agreement);

@@ -159,7 +159,8 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
     }
     for (int s = 0; good && s < count; ++s) {
         const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
-        const uint32_t *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
+        const uint32_t *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL
+                                : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;
         float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
         if (colors && regions) {
             colors_by_region(regions, mesh->vertex_count, colors);

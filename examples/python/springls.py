@@ -366,7 +366,8 @@ class Model:
         affine(points, correspondences, time) -> (n, 3, 4):
         functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
-        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. An exception in a function ends the step and is raised again.
+        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. An exception in a
+        function ends the step and is raised again.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)

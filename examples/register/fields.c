@@ -178,9 +178,9 @@ bool register_read(struct run *run)
     }
     volume_print_warning(&run->fixed, "register", "fixed image");
     volume_print_warning(&run->moving, "register", "moving image");
-    return kinds_fit(run) && register_drop_gaps(run) && labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
-           && landmarks_readable(run) && carried_readable(run, true, &run->warp)
-           && carried_readable(run, false, &run->inverse_warp);
+    return kinds_fit(run) && register_drop_gaps(run) && labels_compare(run, false, run->fixed_labels_path)
+        && labels_compare(run, true, run->moving_labels_path) && landmarks_readable(run) && carried_readable(run, true, &run->warp)
+        && carried_readable(run, false, &run->inverse_warp);
 }
 
 bool register_fields(struct run *run)

@@ -142,7 +142,8 @@ static bool fits_in_memory(const struct segment *run)
     const double voxels = own ? (double)run->voxels : (double)most_voxels, needed = voxels * voxel_bytes / (1024.0 * 1024.0);
     const double there_is = free_memory_mib();
     if (!own && cli_may_print(&run->settings.common)) {
-        printf("note: the graph cut has voxels of %.3g mm, for memory; the springls have their own\n", (double)segment_cut_side(&run->image));
+        printf("note: the graph cut has voxels of %.3g mm, for memory; the springls have their own\n",
+               (double)segment_cut_side(&run->image));
     }
     return there_is <= 0.0 || needed <= there_is
         || segment_fail("--cut takes about %.0f MiB for this image, and %.0f are free: cut a part of the image out", needed, there_is);

@@ -1,4 +1,5 @@
-/* doubt.c - does the result agree with its start? A region force, or a wrong level, may make the contour leave the object and take the air. */
+/* doubt.c - does the result agree with its start? A region force, or a wrong level, may make the contour leave the object and take the
+   air. */
 #include "segment/segment.h"
 
 #include "imaging/resample.h"
@@ -84,7 +85,8 @@ bool segment_agrees_with_start(const struct segment *run)
     if (numbers[0] < 1.0 || numbers[1] < 1.0 || !(fabs(start - inside) > fabs(start - outside))) {
         return true;
     }
-    return segment_fail("%.200s:%s not to be trusted: the object found has %.4g ml and a mean intensity of %.4g, and %.4g where the contour "
-                        "started, closer to the %.4g in the rest of the image", run->settings.image, which_object(run, label),
-                        run->result->measures.volume / 1000.0, inside, start, outside);
+    return segment_fail(
+        "%.200s:%s not to be trusted: the object found has %.4g ml and a mean intensity of %.4g, and %.4g where the contour "
+        "started, closer to the %.4g in the rest of the image",
+        run->settings.image, which_object(run, label), run->result->measures.volume / 1000.0, inside, start, outside);
 }

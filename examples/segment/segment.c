@@ -180,9 +180,9 @@ static int check_usage(struct segment_settings *set)
     } else if (set->cut && (wrong = segment_cut_lacks()) != NULL) {
         ;
     } else if (set->refines_by_region && (set->dark || set->ramp > 0.0 || set->solid)) {
-        wrong = set->dark   ? "--dark has no effect with --cut and no --level: a region force refines the cut, and knows no level"
-              : set->solid  ? "--solid has no effect with --cut and no --level or --window: a region force refines the cut, without pressure"
-                            : "--ramp has no effect with --cut and no --level or --window: a region force refines the cut, without pressure";
+        wrong = set->dark ? "--dark has no effect with --cut and no --level: a region force refines the cut, and knows no level"
+            : set->solid  ? "--solid has no effect with --cut and no --level or --window: a region force refines the cut, without pressure"
+                          : "--ramp has no effect with --cut and no --level or --window: a region force refines the cut, without pressure";
     } else if (strcmp(set->init, "mask") == 0 && !set->mask) {
         wrong = "--init mask wants --mask FILE";
     } else if (strcmp(set->init, "mesh") == 0 && !set->init_mesh) {
@@ -211,8 +211,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
          "end",
          0, 1e9, NULL},
         {"solid", CLI_FLAG, &set->solid, NULL,
-         "what the object shuts in belongs to it, as marrow to bone: where a ball of three voxels does not come from outside",
-         0, 0, NULL},
+         "what the object shuts in belongs to it, as marrow to bone: where a ball of three voxels does not come from outside", 0, 0, NULL},
 
         /* the forces */
         {"pressure", CLI_DOUBLE, &set->pressure, "W", "weight of the pressure of level or window", 0, 10, NULL},
@@ -237,23 +236,23 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
          "start from a graph cut between the seeds and the image's border; without a level, a region force of 1 refines it", 0, 0, NULL},
         {"outside-seed", CLI_STRING, &set->outside_text, "X,Y,Z[;..]", "of --cut: places that are not in the object", 0, 0, NULL},
         {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
-        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]",
-         "its label, without: all but 0; more labels, more objects", 0, 0, NULL},
+        {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]", "its label, without: all but 0; more labels, more objects", 0, 0,
+         NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL,
          "start on the other side of the body: the mask mirrored, and laid where the image looks like it", 0, 0, NULL},
         {"stay", CLI_DOUBLE, &set->stay, "MM",
-         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, half of one from a cut, "
-         "else anywhere", 0, 1e6, NULL},
+         "how far from the start the contour may go; 0: anywhere; without: one voxel of the image from a mask or a mesh, half of one "
+         "from a cut, else anywhere",
+         0, 1e6, NULL},
         {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
-        {"largest", CLI_FLAG, &set->largest, NULL,
-         "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
+        {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
 
         /* the run */
         {"keep-largest", CLI_FLAG, &set->keep_largest, NULL, "of the result, keep only the largest part", 0, 0, NULL},
         {"min-volume", CLI_DOUBLE, &set->min_volume, "MM3",
          "of the result, keep parts of at least this volume; without: all that are more than a single voxel", 0, 1e12, NULL},
-        {"levels", CLI_INT, &set->levels, "K",
-         "grids, each twice as fine as the one before; 0: by the kind of start", 0, SEGMENT_MAX_LEVELS, NULL},
+        {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the kind of start", 0,
+         SEGMENT_MAX_LEVELS, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},

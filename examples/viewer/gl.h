@@ -53,7 +53,7 @@ void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *sur
                     const struct viewer_camera *camera, const struct viewer_paint *paint);
 void viewer_gl_line(const struct viewer_gl *gl, const float ends[4], struct color color); /* pixels from the upper left corner */
 void viewer_gl_panel(const struct viewer_gl *gl);                                         /* draws it in the upper left corner */
-void viewer_gl_show(const struct viewer_gl *gl);                                          /* completes the frame and copies it to the window */
+void viewer_gl_show(const struct viewer_gl *gl); /* completes the frame and copies it to the window */
 
 /* Copies the frame to a picture, for image_free. */
 bool viewer_gl_read(const struct viewer_gl *gl, struct image *picture);

@@ -98,7 +98,8 @@ static bool move(struct run *run, double x, double y, int count)
 
 enum result { DONE, WRONG, FAILED };
 
-/* Executes a line. Returns DONE, WRONG for words that are no event, or FAILED when a file or the picture could not be read, written or shown. */
+/* Executes a line. Returns DONE, WRONG for words that are no event, or FAILED when a file or the picture could not be read, written or
+   shown. */
 static enum result obey(struct run *run)
 {
     const char *verb = run->words[0], *first = run->count > 1 ? run->words[1] : "";

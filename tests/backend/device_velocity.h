@@ -1,4 +1,5 @@
-/* device_velocity.h - the kernel of advect as C, to be included after the rest of the library; where the velocity is that of exact_flow_velocity, as on a device that has its text. */
+/* device_velocity.h - the kernel of advect as C, to be included after the rest of the library; where the velocity is that of
+   exact_flow_velocity, as on a device that has its text. */
 #ifndef DEVICE_VELOCITY_H
 #define DEVICE_VELOCITY_H
 

@@ -286,7 +286,8 @@ static void print_array(const char *address)
     }
     if (found < 0) return;
     fprintf(stderr, "array %s: element %ld, byte %ld\n", device_arrays[found].name,
-            (long)((size_t)(address - device_array_at(a, found)) / device_arrays[found].element), (long)(address - device_array_at(a, found)));
+            (long)((size_t)(address - device_array_at(a, found)) / device_arrays[found].element),
+            (long)(address - device_array_at(a, found)));
 }
 #endif
 

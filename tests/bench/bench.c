@@ -128,8 +128,9 @@ static void default_problems(struct bench *bench, bool full)
     const struct run *last = NULL; /* of period 2.5 */
     char exponents[TABLE_CELL] = "";
     table_begin(&table);
-    table_row(&table, "leveque, default parameters, 2 threads|deformation mean / max|tracking mean / max|halfway mean / max|surface mean / max|"
-                      "volume change|parts, Euler|springls|steps|time|ms a step|peak memory");
+    table_row(&table,
+              "leveque, default parameters, 2 threads|deformation mean / max|tracking mean / max|halfway mean / max|surface mean / max|"
+              "volume change|parts, Euler|springls|steps|time|ms a step|peak memory");
     for (size_t i = 0; i < sizeof problems / sizeof *problems; ++i) {
         const struct problem *p = &problems[i];
         if (p->full && !full) {
@@ -327,8 +328,8 @@ static void push_row(struct bench *bench, int grid, int threads, struct table *t
 {
     const struct run *run = frames_run(bench, grid, threads);
     table_row(table, "push %d^3|%d|%s|%s|%s|%s|%s|%s|%s|%s|%s", grid, threads, run_cell(run, "%.0f", "springls"),
-              run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"),
-              run_cell(run, "%.1f ms", "chunks_ms.p50"), run_cell(run, "%.1f ms", "contours_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
+              run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"), run_cell(run, "%.1f ms", "chunks_ms.p50"),
+              run_cell(run, "%.1f ms", "contours_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
               run_cell(run, "%.0f %%", "chunks_percent.p50"), run_cell(run, "%.4f ms", "rest_ms.p50"),
               run_number(run, "frame_ms.p50") <= 1e3 / 60.0 ? "yes" : "no");
 }
@@ -381,7 +382,9 @@ static void frames(struct bench *bench)
         const char *head;
         void (*row)(struct bench *bench, int grid, int threads, struct table *table);
     } tasks[] = {
-        {"a frame|threads|springls|p50|p95|of which chunks, p50|chunks of what springls hold, p50|processor, p50|chunks that change|at rest|60 a second", push_row},
+        {"a frame|threads|springls|p50|p95|of which chunks, p50|chunks of what springls hold, p50|processor, p50|chunks that change|at "
+         "rest|60 a second",
+         push_row},
         {"a ball is cut out|threads|springls|the call, p50|p95|with a step and its chunks, p50|p95", cut_row},
         {"calls of 2 ms|p50|p95|longest|together, p50|p95|longest", budget_row},
         {"a frame|threads|mean|skinning|target|contour", morph_row},
@@ -515,7 +518,8 @@ static void opencl(struct bench *bench, int grid)
     execute(warm);
     for (int b = 0; b < 2; ++b) {
         runs[b] = new_run(bench, b ? "leveque_opencl" : "leveque_scalar_two_threads", grid);
-        run_command(runs[b], "build/leveque --grid %d --params default --period 2.5 --threads 2 --backend %s --quiet --json -", grid, backends[b]);
+        run_command(runs[b], "build/leveque --grid %d --params default --period 2.5 --threads 2 --backend %s --quiet --json -", grid,
+                    backends[b]);
         execute(runs[b]);
         run_text(runs[b], "state_hash", hash[b], sizeof hash[b]);
     }
@@ -527,7 +531,8 @@ static void opencl(struct bench *bench, int grid)
         char key[40];
         snprintf(key, sizeof key, all ? "seconds_total" : "seconds_stage.%s", all ? "" : names[i]);
         const double scalar = run_number(runs[0], key), seconds = run_number(runs[1], key);
-        table_row(&table, "%s|%s|%s|%s", all ? "all" : names[i], cell("%.2f s", scalar), cell("%.2f s", seconds), cell("%.2f x", scalar / seconds));
+        table_row(&table, "%s|%s|%s|%s", all ? "all" : names[i], cell("%.2f s", scalar), cell("%.2f s", seconds),
+                  cell("%.2f x", scalar / seconds));
     }
     table_print(&table, stdout);
     printf("%s; %s. A step: %.0f kernels, %.0f times something is read back, %.0f bytes in all.\n\n", device,

@@ -128,7 +128,8 @@ static void plan_collection_segment(struct imaging *imaging, const char *data)
         "%s/4d/ct4d_synthbeat_A.nii.gz --frame 0 --cut --seed \"-50,190,635;-25,190,610;0,150,680\" --outside-seed "
         "\"-10,190,675;-35,155,685;35,165,690\" --reference %s/4d/ct4d_synthbeat_A_label.nii.gz", data, data);
     add(imaging, IMAGING_SEGMENT, "tumour_cut", "brain tumour, a graph cut from two seeds",
-        "%s/labels/brain1_image.nrrd --cut --seed -41,-24,26 --outside-seed -51,-34,39 --reference %s/labels/brain1_label.nrrd", data, data);
+        "%s/labels/brain1_image.nrrd --cut --seed -41,-24,26 --outside-seed -51,-34,39 --reference %s/labels/brain1_label.nrrd", data,
+        data);
 }
 
 static void plan_collection_motion(struct imaging *imaging, const char *data)

@@ -42,7 +42,8 @@ def row(name, r):
     if "failed" in r:
         return f"| {name} | {r['failed']} |"
     components = f"{r['components_fewest']} to {r['components_most']}" if r["components_most"] > 1 else "1"
-    return (f"| {name} | {r['frames']} | {components} | {r['frames_with_more_handles']} | {r['specks_left_out_most']} | {r['self_intersections']} "
+    return (f"| {name} | {r['frames']} | {components} | {r['frames_with_more_handles']} | "
+            f"{r['specks_left_out_most']} | {r['self_intersections']} "
             f"| {r['distance_to_target_mean_voxels']:.3f} | {r['distance_from_target_mean_voxels']:.3f} "
             f"| {r['distance_max_voxels']:.1f} | {r['volume_off_monotone_percent']:.1f} % |")
 

@@ -25,7 +25,8 @@ enum { OURS, WRAP, OPENVDB, TOOLS };
 
 static const char folder[] = "build/solids", wrapper[] = "build/bench/solids_cgal", voxels[] = "build/bench/solids_openvdb";
 static const char *const tool_names[TOOLS] = {"mend", "Alpha_wrap_3", "OpenVDB"};
-static const char *const collection[] = {"spot.obj", "femur.off", "knot1.off", "rocker-arm.obj", "armadillo.off", "lucy_100k.ply", "igea.ply"};
+static const char *const collection[] = {"spot.obj",      "femur.off",     "knot1.off", "rocker-arm.obj",
+                                         "armadillo.off", "lucy_100k.ply", "igea.ply"};
 
 struct shape {
     char name[32];
@@ -352,7 +353,8 @@ static void print_programs(const struct bench *b, FILE *file)
 {
     static struct table table;
     table_begin(&table);
-    table_row(&table, "Of %d solids|Closed|Without crossings|Genus and parts right|Volume within 1 %%|Mean distance < .05 voxel|All of these",
+    table_row(&table,
+              "Of %d solids|Closed|Without crossings|Genus and parts right|Volume within 1 %%|Mean distance < .05 voxel|All of these",
               b->count);
     for (int t = 0; t < TOOLS; ++t) {
         int n[6] = {0};
@@ -374,15 +376,17 @@ static void print_programs(const struct bench *b, FILE *file)
     table_print(&table, file);
     fputc('\n', file);
     table_begin(&table);
-    table_row(&table, "Median (95 of 100 are below)|Mean distance, voxels|Largest distance, voxels|Angles < 10 degrees, %%|Seconds of processor|"
-                      "Triangles, mean");
+    table_row(&table,
+              "Median (95 of 100 are below)|Mean distance, voxels|Largest distance, voxels|Angles < 10 degrees, %%|Seconds of processor|"
+              "Triangles, mean");
     for (int t = 0; t < TOOLS; ++t) {
         if (b->there[t]) {
 #define QUANTILES(format, member, factor) \
     cell(format, factor * quantile(b, t, offsetof(struct outcome, member), 0.5)), \
         cell(format, factor * quantile(b, t, offsetof(struct outcome, member), 0.95))
             table_row(&table, "%s|%s (%s)|%s (%s)|%s (%s)|%s (%s)|%.0f", tool_names[t], QUANTILES("%.3f", mean, 1.0),
-                      QUANTILES("%.2f", largest, 1.0), QUANTILES("%.1f", slivers, 100.0), QUANTILES("%.1f", seconds, 1.0), mean_triangles(b, t));
+                      QUANTILES("%.2f", largest, 1.0), QUANTILES("%.1f", slivers, 100.0), QUANTILES("%.1f", seconds, 1.0),
+                      mean_triangles(b, t));
 #undef QUANTILES
         }
     }

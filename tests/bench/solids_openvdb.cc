@@ -16,7 +16,8 @@ using openvdb::Vec3I;
 using openvdb::Vec3s;
 using openvdb::Vec4I;
 
-static bool write_off(const char *path, const std::vector<Vec3s> &points, const std::vector<Vec3I> &triangles, const std::vector<Vec4I> &quads)
+static bool write_off(const char *path, const std::vector<Vec3s> &points, const std::vector<Vec3I> &triangles,
+                      const std::vector<Vec4I> &quads)
 {
     std::FILE *file = std::fopen(path, "w");
     if (!file) {

@@ -89,8 +89,8 @@ typedef void profile(double s, double angle, double *r, double *z); /* s from 0 
 static void boulder(double s, double angle, double *r, double *z)
 {
     const double polar = PI * (1.0 - s), x = sin(polar) * cos(angle), y = sin(polar) * sin(angle), up = cos(polar);
-    const double radius = 1.0 + 0.12 * sin(3.0 * x + 1.0) * sin(4.0 * y) + 0.1 * cos(5.0 * up + 2.0 * x) + 0.02 * sin(17.0 * x) * sin(19.0 * y + up)
-                          + 0.015 * cos(23.0 * up + 9.0 * y);
+    const double radius = 1.0 + 0.12 * sin(3.0 * x + 1.0) * sin(4.0 * y) + 0.1 * cos(5.0 * up + 2.0 * x)
+        + 0.02 * sin(17.0 * x) * sin(19.0 * y + up) + 0.015 * cos(23.0 * up + 9.0 * y);
     *r = radius * sin(polar);
     *z = radius * up;
 }

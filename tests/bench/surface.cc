@@ -427,15 +427,21 @@ int main(int argc, char **argv)
 #endif
     std::strftime(date, sizeof date, "%Y-%m-%d", std::localtime(&today));
     std::fprintf(page, "# The watertight surface\n\nMade by `make surface`, %s.\n\n", date);
-    std::fputs("Each model's surface is made three times from one state: the mesh of what springls hold\n"
-               "(`params.contouring = SPRINGLS_CONTOURING_SPRINGLS`; the manual in `springls.h`, CONTOURING), the zero level of phi by the library's\n"
-               "marching cubes, and by OpenVDB's `volumeToMesh` of the same phi. Volume and area: error, %. Distances are voxels, from vertices and\n"
-               "middles of triangles (the first column: from vertices alone) to the exact surface: mean, 99 %, largest. Times are the processor's,\n"
-               "of the whole call, on one thread of a machine that may be busy; OpenVDB's has neither normals nor correspondences.\n\n"
-               "Plates of 22.6 x 18.8 voxels have been turned by 20 degrees in 20 steps; those below a voxel were squeezed to that from 1.5 voxels\n"
-               "before, one to one (`springls_step_desc.one_to_one`). LeVeque's sheet is the ball at half of its period.\n\n"
-               "| Model | Surface | Components / Euler number | Volume | Area | Vertices, mean | Mean | 99 % | Largest | Triangles, 1000 | ms |\n"
-               "|---|---|---|---|---|---|---|---|---|---|---|\n", page);
+    std::fputs(
+        "Each model's surface is made three times from one state: the mesh of what springls hold\n"
+        "(`params.contouring = SPRINGLS_CONTOURING_SPRINGLS`; the manual in `springls.h`, CONTOURING), the zero level of phi by the "
+        "library's\n"
+        "marching cubes, and by OpenVDB's `volumeToMesh` of the same phi. Volume and area: error, %. Distances are voxels, from vertices "
+        "and\n"
+        "middles of triangles (the first column: from vertices alone) to the exact surface: mean, 99 %, largest. Times are the "
+        "processor's,\n"
+        "of the whole call, on one thread of a machine that may be busy; OpenVDB's has neither normals nor correspondences.\n\n"
+        "Plates of 22.6 x 18.8 voxels have been turned by 20 degrees in 20 steps; those below a voxel were squeezed to that from 1.5 "
+        "voxels\n"
+        "before, one to one (`springls_step_desc.one_to_one`). LeVeque's sheet is the ball at half of its period.\n\n"
+        "| Model | Surface | Components / Euler number | Volume | Area | Vertices, mean | Mean | 99 % | Largest | Triangles, 1000 | ms |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n",
+        page);
     {
         springls_context *ctx = new_model(64);
         springls_sphere ball = { { 31.3f, 30.7f, 32.1f }, 18.0f };
@@ -501,10 +507,13 @@ int main(int argc, char **argv)
         springls_destroy(sheet.ctx);
     }
     write_picture(shown, picture);
-    std::fprintf(page, "\n![LeVeque's sheet at half time, 64^3, T = 3](pictures/surface.png)\n\n## Edges\n\n"
-                       "How far places on the twelve edges of the box are from its surface, voxels.\n\n| Surface | Mean | Largest |\n|---|---|---|\n%s"
-                       "\n## Rays\n\n"
-                       "Rays from the corners around each model to places inside the mesh of springls, beside springls: none may pass.\n\n"
-                       "| Model | Rays | Pass |\n|---|---|---|\n%s", edges.c_str(), rays.c_str());
+    std::fprintf(
+        page,
+        "\n![LeVeque's sheet at half time, 64^3, T = 3](pictures/surface.png)\n\n## Edges\n\n"
+        "How far places on the twelve edges of the box are from its surface, voxels.\n\n| Surface | Mean | Largest |\n|---|---|---|\n%s"
+        "\n## Rays\n\n"
+        "Rays from the corners around each model to places inside the mesh of springls, beside springls: none may pass.\n\n"
+        "| Model | Rays | Pass |\n|---|---|---|\n%s",
+        edges.c_str(), rays.c_str());
     return std::fclose(page) == 0 ? 0 : 1;
 }

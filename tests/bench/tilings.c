@@ -1,5 +1,6 @@
-/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that and more bodies cost beside
-   one model, eight octants, wedges alone, sheets under pressure, double bubbles, and a hundred balls that grow until they meet. Writes a page of Markdown. One thread; times are the processor's. */
+/* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that and more bodies cost
+   beside one model, eight octants, wedges alone, sheets under pressure, double bubbles, and a hundred balls that grow until they meet.
+   Writes a page of Markdown. One thread; times are the processor's. */
 #include "springls.h"
 
 #include "examples/common/springls/exact_flows.h"
@@ -341,7 +342,8 @@ static void report_octants(FILE *file, int grid, double period, const char *when
         worst = fmax(worst, e.missing);
         total += count[q];
     }
-    fprintf(file, "| %d | %.1f | %s | %.4f | %.2f | %.2f |\n", grid, period, when, all.mean / found, 100.0 * (1.0 - found / (double)total), worst);
+    fprintf(file, "| %d | %.1f | %s | %.4f | %.2f | %.2f |\n", grid, period, when, all.mean / found, 100.0 * (1.0 - found / (double)total),
+            worst);
     springls_walls_free(tiling, &walls);
 }
 
@@ -766,47 +768,75 @@ int main(int argc, char **argv)
         fprintf(stderr, "tilings: cannot write %s\n", argv[1]);
         return 1;
     }
-    fprintf(file, "<!-- written by: make tilings PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\nThe interface is `springls_tiling` (the manual in `springls.h`, MANY "
-            "BODIES).\n\n## A wall in a flow\n\nA ball, cut in two by a plane askew to the grid, in LeVeque's flow with T = 2.5, which comes "
-            "back. Exact points of the wall and\nof its rim, where both bodies and what is around them meet, are carried by the flow; errors "
-            "are their distances in voxels to the\nextracted wall and to its edges, of those that have one within 4 voxels. At half time the "
-            "bodies are sheets thinner than a voxel:\nthere a mesh on the voxels of the grid, even of exact phi, is no nearer than about "
-            ".23. Volumes: of each body's own zero level.\nGaps between the two sheets of a wall: mean, rms.\n\n"
-            "| Grid | When | Wall: mean | 99 %% | Largest | Missing, %% | Rim: mean | Missing, %% | Volumes, %% | Voxels, %% | Gaps | Triangles |\n"
-            "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "<!-- written by: make tilings PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\n"
+        "The interface is `springls_tiling` (the manual in `springls.h`, MANY "
+        "BODIES).\n\n## A wall in a flow\n\nA ball, cut in two by a plane askew to the grid, in LeVeque's flow with T = 2.5, which comes "
+        "back. Exact points of the wall and\nof its rim, where both bodies and what is around them meet, are carried by the flow; errors "
+        "are their distances in voxels to the\nextracted wall and to its edges, of those that have one within 4 voxels. At half time the "
+        "bodies are sheets thinner than a voxel:\nthere a mesh on the voxels of the grid, even of exact phi, is no nearer than about "
+        ".23. Volumes: of each body's own zero level.\nGaps between the two sheets of a wall: mean, rms.\n\n"
+        "| Grid | When | Wall: mean | 99 %% | Largest | Missing, %% | Rim: mean | Missing, %% | Volumes, %% | Voxels, %% | Gaps | "
+        "Triangles |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (i = 0; i < 2; i++) {
         const int grid = i ? 96 : 64, steps = i ? 240 : 160;
         two[i] = half_balls(file, grid, 2.5, steps);
         one[i] = seconds_of_one(grid, 2.5, steps);
     }
-    fprintf(file, "\n## What it costs\n\nSeconds of one processor for the same flow: the tiling of two bodies, and one model of the whole ball.\n"
+    fprintf(file,
+            "\n## What it costs\n\nSeconds of one processor for the same flow: the tiling of two bodies, and one model of the whole ball.\n"
             "\n| Grid | Two bodies | One model | Ratio |\n|---|---|---|---|\n");
     for (i = 0; i < 2; i++) fprintf(file, "| %d | %.2f | %.2f | %.1f |\n", i ? 96 : 64, two[i], one[i], two[i] / one[i]);
-    fprintf(file, "\nA flow step of a ball in cells, on a grid of 96^3, beside one model of the whole ball: seconds for the same area of walls, and memory beside "
-            "that of two bodies. Where others use the machine too, ratios of so short runs vary by a third.\n\n| Bodies | Area | Step, ms | Times one model | MiB | Times two bodies |\n|---|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\nA flow step of a ball in cells, on a grid of 96^3, beside one model of the whole ball: seconds for the same area of walls, "
+        "and memory beside "
+        "that of two bodies. Where others use the machine too, ratios of so short runs vary by a third.\n\n"
+        "| Bodies | Area | Step, ms | Times one model | MiB | Times two bodies |\n|---|---|---|---|---|---|\n");
     equal_area(file, 0, one, &memory);
     equal_area(file, 2, one, &memory);
     equal_area(file, 8, one, &memory);
     equal_area(file, 61, one, &memory);
-    fprintf(file, "\n## Eight octants\n\nThe ball in eight, by three planes, in the flow: the four walls on one plane. Missing: places of all four, and of the "
-            "worst, without their wall within 4 voxels.\n\n| Grid | T | When | Wall: mean | Missing, %% | Of the worst, %% |\n|---|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\n## Eight octants\n\n"
+        "The ball in eight, by three planes, in the flow: the four walls on one plane. Missing: places of all four, and of the "
+        "worst, without their wall within 4 voxels.\n\n| Grid | T | When | Wall: mean | Missing, %% | Of the worst, %% |\n"
+        "|---|---|---|---|---|---|\n");
     octants(file, 64, 1.5, 96);
     octants(file, 96, 2.5, 240);
-    fprintf(file, "\n## A wedge alone\n\nEach half of the ball as a model of its own in the flow with T = 2.5, with and without `keep_edges`. Beyond: springls more "
-            "than a voxel off their own correspondence in the end.\n\n| Grid | Half | Edges | Volume, %% | Beyond, %% |\n|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\n## A wedge alone\n\n"
+        "Each half of the ball as a model of its own in the flow with T = 2.5, with and without `keep_edges`. Beyond: springls more "
+        "than a voxel off their own correspondence in the end.\n\n| Grid | Half | Edges | Volume, %% | Beyond, %% |\n"
+        "|---|---|---|---|---|\n");
     for (i = 0; i < 4; i++) wedge(file, 96, 240, i & 1 ? -1 : 1, i < 2);
-    fprintf(file, "\n## Sheets under pressure\n\nThe wall between two halves of a ball is pushed to and fro by a tenth of a voxel a step, 16 steps each way. "
-            "Gaps between its two sheets, voxels.\n\n| Steps | Mean | rms | Largest |\n|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\n## Sheets under pressure\n\n"
+        "The wall between two halves of a ball is pushed to and fro by a tenth of a voxel a step, 16 steps each way. "
+        "Gaps between its two sheets, voxels.\n\n| Steps | Mean | rms | Largest |\n|---|---|---|---|\n");
     pressed(file);
-    fprintf(file, "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
-            "with both volumes held; means over the last 100. The angle where\nthe walls meet is that between spheres that fit the two outer walls; the third wall's "
-            "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
-            "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | Pressures | 2 / R | Seconds |\n|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
+        "with both volumes held; means over the last 100. The angle where\n"
+        "the walls meet is that between spheres that fit the two outer walls; the third wall's "
+        "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
+        "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | Pressures | 2 / R | Seconds |\n"
+        "|---|---|---|---|---|---|---|---|---|\n");
     double_bubble(file, 0.0);
     double_bubble(file, 3.0);
-    fprintf(file, "\n## A hundred balls\n\nBalls of 2.5 to 3.5 voxels grow by a quarter of a voxel a step for 40 steps, on a grid of 96^3, where they face "
-            "label 0, until they\nfill the space between them. The truth is the ball whose surface is nearest.\n\n"
-            "| Balls | Alive | Voxels of the right ball, %% | Set, s | Steps, s | Extract, s | Triangles | MiB |\n|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        file,
+        "\n## A hundred balls\n\n"
+        "Balls of 2.5 to 3.5 voxels grow by a quarter of a voxel a step for 40 steps, on a grid of 96^3, where they face "
+        "label 0, until they\nfill the space between them. The truth is the ball whose surface is nearest.\n\n"
+        "| Balls | Alive | Voxels of the right ball, %% | Set, s | Steps, s | Extract, s | Triangles | MiB |\n"
+        "|---|---|---|---|---|---|---|---|\n");
     hundred_balls(file);
     return file == stdout || fclose(file) == 0 ? 0 : 1;
 }

@@ -44,7 +44,8 @@ static float ramp(const struct voxel *v) { return (v->value + 1024.0f) * (0.7f +
 /* Like MR: air and bone dark, fat bright, blood brighter than muscle. */
 static float remapped(const struct voxel *v)
 {
-    static const float from[] = {-1100, -900, -200, -80, -20, 40, 120, 250, 400, 1500}, to[] = {0, 20, 300, 900, 500, 420, 700, 750, 150, 60};
+    static const float from[] = {-1100, -900, -200, -80, -20, 40, 120, 250, 400, 1500},
+                       to[] = {0, 20, 300, 900, 500, 420, 700, 750, 150, 60};
     enum { LAST = sizeof from / sizeof *from - 1 };
     int i = 0;
     while (i < LAST - 1 && v->value > from[i + 1]) {
@@ -183,8 +184,10 @@ static bool write_input(const char *data)
 
 static void register_command(char command[RUN_COMMAND], int which, const char *options)
 {
-    snprintf(command, RUN_COMMAND, "build/register %s/fixed%d.nii %s/moving%d.nii --fixed-points %s/frame%d.txt --moving-points %s/frame%d.txt "
-             "--threads %d --quiet --json - %s", folder, which, folder, which, folder, REST, folder, BEAT, THREADS, options);
+    snprintf(command, RUN_COMMAND,
+             "build/register %s/fixed%d.nii %s/moving%d.nii --fixed-points %s/frame%d.txt --moving-points %s/frame%d.txt "
+             "--threads %d --quiet --json - %s",
+             folder, which, folder, which, folder, REST, folder, BEAT, THREADS, options);
 }
 
 static void shell_command(struct run *run, const char *text)
@@ -222,8 +225,8 @@ static bool plan_plastimatch(struct run *runs, int which)
             folder, which);
     for (int scale = 4; scale > 0; scale /= 2) {
         const int grid = scale == 4 ? 3 * GRID_MM : scale * GRID_MM;
-        fprintf(file, "[STAGE]\nxform=bspline\nmetric=mi\noptim=lbfgsb\nmax_its=50\ngrid_spac=%d %d %d\nres=%d %d %d\n", grid, grid, grid, scale,
-                scale, scale);
+        fprintf(file, "[STAGE]\nxform=bspline\nmetric=mi\noptim=lbfgsb\nmax_its=50\ngrid_spac=%d %d %d\nres=%d %d %d\n", grid, grid, grid,
+                scale, scale, scale);
     }
     if (fclose(file) != 0) {
         return failed(path);
@@ -256,7 +259,7 @@ static int do_variation(struct run *runs, int which, bool plastimatch)
         return failures + others;
     }
     return failures + others
-           + (plan_plastimatch(runs, which) ? runs_do(&runs[PLASTIMATCH], 1, &options) + runs_do(&runs[PLASTIMATCH_FIELD], 1, &options) : 1);
+        + (plan_plastimatch(runs, which) ? runs_do(&runs[PLASTIMATCH], 1, &options) + runs_do(&runs[PLASTIMATCH_FIELD], 1, &options) : 1);
 }
 
 int main(void)
@@ -279,12 +282,14 @@ int main(void)
         fprintf(stderr, "variations: plastimatch is not installed: its columns are empty\n");
     }
     table_begin(&table);
-    table_row(&table, "Landmarks, mean (largest), mm|register|Folds|CPU seconds|elastix, mean squares|Folds|elastix, mutual information|Folds|"
-                      "CPU seconds|plastimatch, mutual information|Folds|CPU seconds");
+    table_row(&table,
+              "Landmarks, mean (largest), mm|register|Folds|CPU seconds|elastix, mean squares|Folds|elastix, mutual information|Folds|"
+              "CPU seconds|plastimatch, mutual information|Folds|CPU seconds");
     for (int v = 0; v < VARIATIONS; ++v) {
         failures += do_variation(runs[v], v, plastimatch);
         char cells[2 + METRICS][64] = {{0}};
-        const struct run *const measured[2 + METRICS] = {&runs[v][REGISTER], &runs[v][FIELD], &runs[v][FIELD + 1], &runs[v][PLASTIMATCH_FIELD]};
+        const struct run *const measured[2 + METRICS] = {&runs[v][REGISTER], &runs[v][FIELD], &runs[v][FIELD + 1],
+                                                         &runs[v][PLASTIMATCH_FIELD]};
         for (int m = 0; m <= METRICS + plastimatch; ++m) {
             snprintf(cells[m], sizeof cells[m], "%.2f (%.1f)|%.0f", run_number(measured[m], "points_after_mm.mean"),
                      run_number(measured[m], "points_after_mm.max"), run_number(measured[m], "folded_voxels"));

@@ -51,7 +51,8 @@ class File:
     def view(self, index, where):
         view = self.use('bufferViews', index, where)
         start, size = view.get('byteOffset', 0), view['byteLength']
-        self.expect(view['buffer'] == 0 and size > 0 and start + size <= self.items('buffers')[0]['byteLength'], where + ': view beyond the buffer')
+        self.expect(view['buffer'] == 0 and size > 0 and start + size <= self.items('buffers')[0]['byteLength'],
+                    where + ': view beyond the buffer')
         return self.bin[start:start + size], start
 
     def array(self, index, where, kind=None, components=None):
@@ -90,7 +91,8 @@ def check_materials(f):
         f.use('images', texture.get('source'), 'texture %d' % i)
     for i, material in enumerate(f.items('materials')):
         pbr = material.get('pbrMetallicRoughness', {})
-        numbers = pbr.get('baseColorFactor', [1] * 4) + [pbr.get('metallicFactor', 1), pbr.get('roughnessFactor', 1), material.get('alphaCutoff', 0.5)]
+        numbers = pbr.get('baseColorFactor', [1] * 4) + [pbr.get('metallicFactor', 1), pbr.get('roughnessFactor', 1),
+                                                           material.get('alphaCutoff', 0.5)]
         f.expect(len(numbers) == 7 and all(0 <= n <= 1 for n in numbers), 'material %d: factors' % i)
         f.expect('alphaCutoff' not in material or material.get('alphaMode') == 'MASK', 'material %d: alphaCutoff' % i)
         if 'baseColorTexture' in pbr:
@@ -161,7 +163,8 @@ def check_animations(f):
     width = {'translation': 3, 'rotation': 4, 'scale': 3}
     for i, animation in enumerate(f.items('animations')):
         where, targets = 'animation %d' % i, set()
-        f.expect(animation['channels'] and len(animation['samplers']) == len({c['sampler'] for c in animation['channels']}), where + ': samplers')
+        f.expect(animation['channels'] and len(animation['samplers']) == len({c['sampler'] for c in animation['channels']}),
+                 where + ': samplers')
         for channel in animation['channels']:
             target, sampler = (channel['target']['node'], channel['target']['path']), animation['samplers'][channel['sampler']]
             f.use('nodes', target[0], where)

@@ -1,5 +1,6 @@
-// gltf_view.js FILE.glb PICTURE.png [CLIP]: shows a file by three.js in headless Chromium, at six times of a clip (its name or number; none: as
-// it stands). Prints "N % drawn, C colors"; ends with 1 where the file cannot be shown, with 77 where three.js (build/npm) or Chromium is missing.
+// gltf_view.js FILE.glb PICTURE.png [CLIP]: shows a file by three.js in headless Chromium, at six times of a clip (its name or number;
+// none: as it stands). Prints "N % drawn, C colors"; ends with 1 if the file cannot be shown, with 77 if three.js (build/npm) or Chromium
+// is missing.
 'use strict';
 const {spawn, spawnSync} = require('child_process'), fs = require('fs'), http = require('http'), path = require('path');
 const [file, picture, clip] = process.argv.slice(2);
@@ -31,7 +32,11 @@ async function show() {
   const at = i => { if (chosen) mixer.setTime(chosen.duration * Math.min(i / (shots - 1), 0.9999)); scene.updateMatrixWorld(true); };
   for (let i = 0; i < shots; ++i) {
     at(i);
-    scene.traverse(o => { if (o.isMesh && o.getWorldScale(new THREE.Vector3()).x > 0) { if (o.isSkinnedMesh) o.computeBoundingBox(); box.expandByObject(o, true); } });
+    scene.traverse(o => {
+      if (!o.isMesh || !(o.getWorldScale(new THREE.Vector3()).x > 0)) return;
+      if (o.isSkinnedMesh) o.computeBoundingBox();
+      box.expandByObject(o, true);
+    });
     scene.traverse(o => { o.frustumCulled = false; });
   }
   const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3()), far = 2.2 * Math.max(size.y, size.x, size.z);
@@ -48,7 +53,9 @@ async function show() {
   gl.readPixels(0, 0, shots * width, height, gl.RGBA, gl.UNSIGNED_BYTE, rgba);
   let drawn = 0;
   for (let i = 0; i < rgba.length; i += 4) {
-    if (rgba[i] + rgba[i + 1] + rgba[i + 2] < 750) { ++drawn; colors.add((rgba[i] >> 4) << 8 | (rgba[i + 1] >> 4) << 4 | rgba[i + 2] >> 4); }
+    if (rgba[i] + rgba[i + 1] + rgba[i + 2] >= 750) continue;
+    ++drawn;
+    colors.add((rgba[i] >> 4) << 8 | (rgba[i + 1] >> 4) << 4 | rgba[i + 2] >> 4);
   }
   return Math.round(400 * drawn / rgba.length) + ' % drawn, ' + colors.size + ' colors';
 }
@@ -87,7 +94,8 @@ async function run() {
   }
   const answer = await send('Runtime.evaluate', {expression: 'window.result', awaitPromise: true});
   if (answer.exceptionDetails) throw new Error(answer.result.description || answer.exceptionDetails.text);
-  fs.writeFileSync(picture, Buffer.from((await send('Page.captureScreenshot', {clip: {x: 0, y: 0, width: 1200, height: 300, scale: 1}})).data, 'base64'));
+  const shot = await send('Page.captureScreenshot', {clip: {x: 0, y: 0, width: 1200, height: 300, scale: 1}});
+  fs.writeFileSync(picture, Buffer.from(shot.data, 'base64'));
   console.log(path.basename(file) + ': ' + answer.result.value);
 }
 run().catch(e => { console.log(path.basename(file) + ': ' + e.message.split('\n')[0]); process.exitCode = 1; })

@@ -173,8 +173,8 @@ TEST corrections_learn_what_votes_get_wrong(void)
     PASS();
 }
 
-/* A long ellipsoid of labels 1 and FAR_LABEL, which a float does not hold, whose contrast fades to a tenth at one end: there an edge search finds nothing. A bright
- * neighbour shows where it ends. Every scan has its own scale of intensities. */
+/* A long ellipsoid of labels 1 and FAR_LABEL, which a float does not hold, whose contrast fades to a tenth at one end: there an edge search
+ * finds nothing. A bright neighbour shows where it ends. Every scan has its own scale of intensities. */
 enum { FAR_LABEL = 2000000011 };
 
 static bool write_scan(int s, const float center[3], const float half[3])
@@ -335,7 +335,8 @@ TEST images_of_another_kind_are_not_trusted(void)
     struct atlas_segment run;
     char error[VOLUME_TEXT];
     for (int kind = 0; kind < 4; ++kind) {
-        ASSERTm(error, volume_read(numbered(12, kind < 3 ? "images/scan%02d.nii.gz" : "labels/scan%02d.nii.gz", SCANS - 1), 0, &scan, error));
+        ASSERTm(error,
+                volume_read(numbered(12, kind < 3 ? "images/scan%02d.nii.gz" : "labels/scan%02d.nii.gz", SCANS - 1), 0, &scan, error));
         const float most = scan.maximum;
         float *row = scan.data;
         for (size_t n = 0; n < volume_voxels(&scan); ++n) {

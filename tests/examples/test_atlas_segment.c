@@ -157,8 +157,8 @@ TEST a_segmented_subject_is_added(void)
     PASS();
 }
 
-/* An image whose voxels have a wrong size, so that it cannot show the atlas's object, or that is constant, is refused before anything is fitted,
- * with one error; an image of two millimetres is warned of too. */
+/* An image whose voxels have a wrong size, so that it cannot show the atlas's object, or that is constant, is refused before anything is
+ * fitted, with one error; an image of two millimetres is warned of too. */
 TEST atlas_segment_refuses_images_without_the_object(void)
 {
     static const struct { double factors[3]; const char *warning, *reason; } cases[] = {

@@ -24,7 +24,8 @@ TEST broken_surfaces_are_refused(void)
 #define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 #define PLY_FACES "element face 2\nproperty list uchar int vertex_indices\n"
 #define PLY_PLACES "0 0 0\n1 0 0\n0 1 0\n"
-    static const struct { const char *name, *text, *reason; } files[] = {
+    static const struct { const char *name, *text, *reason;
+    } files[] = {
         {"a.ply", PLY_VERTICES "element face 1\n", "has no end"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_headers\n" PLY_PLACES, "line 9 of the PLY header"},
         {"a.ply", PLY_VERTICES "\n" PLY_FACES "end_header\n" PLY_PLACES, "line 7 of the PLY header"},
@@ -40,7 +41,8 @@ TEST broken_surfaces_are_refused(void)
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3000000000e-9 0 1 2\n3 0 1 2\n", "face 0: its list has no length"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "999999999 0 1 2\n3 0 1 2\n", "face 0 has fewer values"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "\n3 0 1 2\n", "the file ends in face 1"},
-        {"a.ply", PLY_VERTICES "element stroke 1\nproperty list uchar int n\n" PLY_FACES "end_header\n" PLY_PLACES "1 0\n3 0 1 2\n3 0 1 2\n",
+        {"a.ply",
+         PLY_VERTICES "element stroke 1\nproperty list uchar int n\n" PLY_FACES "end_header\n" PLY_PLACES "1 0\n3 0 1 2\n3 0 1 2\n",
          "elements 'stroke' before those of 'face' are not read"},
         {"a.ply", PLY_VERTICES "property list float int n\nend_header\n", "line 7 of the PLY header"},
         {"a.ply", "plyx\nformat ascii 1.0\nend_header\n", "a PLY file begins with ply"},

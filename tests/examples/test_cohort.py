@@ -89,7 +89,8 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 ''')
         self.environment = dict(os.environ, SLURM_CONF=str(folder / 'slurm.conf'))
         munge = folder / 'munge'
-        self.start('munged', '--foreground', '--force', '--key-file', munge / 'key', '--socket', munge / 'socket', '--pid-file', munge / 'pid',
+        self.start('munged', '--foreground', '--force', '--key-file', munge / 'key', '--socket', munge / 'socket',
+                   '--pid-file', munge / 'pid',
                    '--log-file', munge / 'log', '--seed-file', munge / 'seed')
         try:
             wait_for((munge / 'socket').exists)
@@ -326,7 +327,8 @@ class Cohort(Folder):
         rows = self.rows('here')
         self.assertEqual(len(rows), 43 if ALL else 5)
         self.assertEqual({name for name, row in rows.items() if row['result'] == 'failed'}, {'cut', 'a label map'})
-        self.assertGreaterEqual(sum(row['result'] == 'trusted' and float(row['confidence']) > 0.8 for row in rows.values()), 38 if ALL else 3)
+        self.assertGreaterEqual(sum(row['result'] == 'trusted' and float(row['confidence']) > 0.8 for row in rows.values()),
+                                38 if ALL else 3)
         for out in ('here', 'there'):
             for sheet in ('scans_001.png', 'frames_001.png'):
                 self.assertTrue((self.folder / out / sheet).read_bytes().startswith(b'\x89PNG'))

@@ -628,7 +628,8 @@ TEST rows_of_a_picture_miss_no_triangle(void)
 /* A picture of one color is read however small its file is; a header alone that promises a large one is not. */
 TEST pictures_have_no_more_pixels_than_their_files_can_have(void)
 {
-    static const unsigned char header[26] = {0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 32, 0, 32, 24, 0, 255, 0, 0, 0, 255, 0, 0, 0}; /* TGA, 8192^2 */
+    static const unsigned char header[26] = {0,  0, 10, 0,  0, 0,   0, 0, 0, 0,   0, 0, 0,
+                                             32, 0, 32, 24, 0, 255, 0, 0, 0, 255, 0, 0, 0}; /* TGA, 8192^2 */
     struct image white, again;
     ASSERT_FALSE(image_read(header, sizeof header, &again));
     ASSERT(image_create(&white, 2048, 2048, color_rgb(1.0f, 1.0f, 1.0f)));

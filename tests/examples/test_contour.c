@@ -636,7 +636,8 @@ TEST results_agree_with_their_start(void)
     ASSERT_EQ(1, call(words));
     ASSERT(number_in("start/report.json", "volume_ml") > 3.0); /* it is there all the same */
     ASSERT(text_in("start/report.json", "\"trusted\": false"));
-    snprintf(words, sizeof words, "%s --pressure 0 --region 1 --center 16,18,18 --radius 7 --steps 20 --json %s", file, in_folder("start.json"));
+    snprintf(words, sizeof words, "%s --pressure 0 --region 1 --center 16,18,18 --radius 7 --steps 20 --json %s", file,
+             in_folder("start.json"));
     ASSERT_EQ(0, call(words));
     ASSERT_IN_RANGE(100.0, number_in("start.json", "start_intensity"), 15.0);
     ASSERT(text_in("start.json", "\"trusted\": true"));
@@ -735,41 +736,42 @@ TEST series_is_for_folders(void)
 
 TEST wrong_words_and_bad_images_are_refused(void)
 {
-    static const char *const usage[] = {"--window 5,3",
-                                        "--window 1,2;",
-                                        "--window 1,2;3",
-                                        "--label 1",
-                                        "--mirror",
-                                        "--mask-label 3",
-                                        "--pressure 0",
-                                        "--window 1,2;3,4 --init mask --mask m --mask-label 1;2;3",
-                                        "--init mask",
-                                        "--region-means all",
-                                        "--gvf-halvings 9",
-                                        "--edge 2",
-                                        "--pressure 1e38",
-                                        "--region 1e38",
-                                        "--gvf 1e38",
-                                        "--curvature 1e38",
-                                        "--compare-level-set --topology preserved",
-                                        "--seed 1,2",
-                                        "--cut",
-                                        "--seed 1,2,3 --outside-seed 4,5,6",
-                                        "--cut --seed 1,2,3 --outside-seed 4,5",
-                                        "--seed 1,2,3; --init cube",
-                                        "--seed 1,2,3 --init cube",
-                                        "--seed 1,2,3 --center 1,2,3",
-                                        "--init threshold --radius 3",
-                                        "--init threshold --center 1,2,3",
-                                        "--region-means image",
-                                        "--gvf-halvings 0",
-                                        "--mask m",
-                                        "--init cube --init-mesh m",
-                                        "--window 1,2 --dark",
-                                        "--window 1,2 --level 1",
-                                        "--no-pictures",
-                                        "--init mask --mask m --mask-label 1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6",
-                                        "--window 1,2;3,4 --reference r --label 5"};
+    static const char *const usage[] = {
+        "--window 5,3",
+        "--window 1,2;",
+        "--window 1,2;3",
+        "--label 1",
+        "--mirror",
+        "--mask-label 3",
+        "--pressure 0",
+        "--window 1,2;3,4 --init mask --mask m --mask-label 1;2;3",
+        "--init mask",
+        "--region-means all",
+        "--gvf-halvings 9",
+        "--edge 2",
+        "--pressure 1e38",
+        "--region 1e38",
+        "--gvf 1e38",
+        "--curvature 1e38",
+        "--compare-level-set --topology preserved",
+        "--seed 1,2",
+        "--cut",
+        "--seed 1,2,3 --outside-seed 4,5,6",
+        "--cut --seed 1,2,3 --outside-seed 4,5",
+        "--seed 1,2,3; --init cube",
+        "--seed 1,2,3 --init cube",
+        "--seed 1,2,3 --center 1,2,3",
+        "--init threshold --radius 3",
+        "--init threshold --center 1,2,3",
+        "--region-means image",
+        "--gvf-halvings 0",
+        "--mask m",
+        "--init cube --init-mesh m",
+        "--window 1,2 --dark",
+        "--window 1,2 --level 1",
+        "--no-pictures",
+        "--init mask --mask m --mask-label 1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6",
+        "--window 1,2;3,4 --reference r --label 5"};
     struct volume v;
     char words[1024];
     ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));

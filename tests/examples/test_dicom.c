@@ -1,5 +1,5 @@
-/* Folders of DICOM files, which the test writes: order, places, slopes, compression, gaps, several series. Compiled like test_common.c, else
- * skipped. Where GDCM was not found, what is said instead. */
+/* Folders of DICOM files, which the test writes: order, places, slopes, compression, gaps, several series. Compiled like test_common.c,
+ * else skipped. Where GDCM was not found, what is said instead. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"

@@ -160,8 +160,9 @@ static const char *write_file(const char *name, const char *rest)
     static char json[262144];
     json[0] = '\0';
     begin_view();
-    append(json, sizeof json, "{\"asset\":{\"version\":\"2.0\"},%s,\"bufferViews\":[%s],\"accessors\":[%s],\"buffers\":[{\"byteLength\":%zu}]}",
-           rest, made.views, made.accessors, made.used);
+    append(json, sizeof json,
+           "{\"asset\":{\"version\":\"2.0\"},%s,\"bufferViews\":[%s],\"accessors\":[%s],\"buffers\":[{\"byteLength\":%zu}]}", rest,
+           made.views, made.accessors, made.used);
     while (strlen(json) % 4) append(json, sizeof json, " ");
     FILE *file = fopen(scratch(name), "wb");
     fwrite("glTF\2\0\0\0", 1, 8, file);
@@ -193,7 +194,8 @@ static const struct {
 /* Returns the number that is stored for a part, within the range of the type. */
 static double raw_number(enum part part, int index, int type)
 {
-    static const int faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    static const int faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                  2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
     const int element = index / parts[part].width, i = index % parts[part].width;
     const bool has_sign = type == BYTE || type == SHORT || type == FLOAT;
     const double top = type == BYTE ? 127.0 : type == SHORT ? 32767.0 : type == USHORT ? 65535.0 : type == UINT ? 1e5 : 200.0;
@@ -232,18 +234,20 @@ static const char *write_body(const char *name, enum part other, const struct st
         number[p] = add_accessor(raw, parts[p].count, parts[p].width, &s);
         free(raw);
     }
-    append(rest, sizeof rest,
-           "\"scenes\":[{\"nodes\":[0,2]}],\"nodes\":[{\"name\":\"low\",\"children\":[1]},{\"name\":\"high\",\"translation\":[0,1,0]},"
-           "{\"name\":\"body\",\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"weights\":[0.25],\"primitives\":[{"
-           "\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d,\"TEXCOORD_0\":%d,\"COLOR_0\":%d,\"JOINTS_0\":%d,\"WEIGHTS_0\":%d},\"indices\":%d,"
-           "\"targets\":[{\"POSITION\":%d}]}]}],\"animations\":[{\"name\":\"clip\",\"channels\":[",
-           number[POSITION], number[NORMAL], number[UV], number[other == COLOR4 ? COLOR4 : COLOR3], number[JOINTS], number[WEIGHTS],
-           number[INDICES], number[TARGET]);
-    append(rest, sizeof rest,
-           "{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"translation\"}},{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"rotation\"}},"
-           "{\"sampler\":2,\"target\":{\"node\":1,\"path\":\"scale\"}}],\"samplers\":[{\"input\":%d,\"output\":%d},{\"input\":%d,\"output\":%d},"
-           "{\"input\":%d,\"output\":%d}]}]",
-           number[TIMES], number[MOVES], number[TIMES], number[TURNS], number[TIMES], number[SCALES]);
+    append(
+        rest, sizeof rest,
+        "\"scenes\":[{\"nodes\":[0,2]}],\"nodes\":[{\"name\":\"low\",\"children\":[1]},{\"name\":\"high\",\"translation\":[0,1,0]},"
+        "{\"name\":\"body\",\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"weights\":[0.25],\"primitives\":[{"
+        "\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d,\"TEXCOORD_0\":%d,\"COLOR_0\":%d,\"JOINTS_0\":%d,\"WEIGHTS_0\":%d},\"indices\":%d,"
+        "\"targets\":[{\"POSITION\":%d}]}]}],\"animations\":[{\"name\":\"clip\",\"channels\":[",
+        number[POSITION], number[NORMAL], number[UV], number[other == COLOR4 ? COLOR4 : COLOR3], number[JOINTS], number[WEIGHTS],
+        number[INDICES], number[TARGET]);
+    append(
+        rest, sizeof rest,
+        "{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"translation\"}},{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"rotation\"}},"
+        "{\"sampler\":2,\"target\":{\"node\":1,\"path\":\"scale\"}}],\"samplers\":["
+        "{\"input\":%d,\"output\":%d},{\"input\":%d,\"output\":%d},{\"input\":%d,\"output\":%d}]}]",
+        number[TIMES], number[MOVES], number[TIMES], number[TURNS], number[TIMES], number[SCALES]);
     return write_file(name, rest);
 }
 
@@ -391,7 +395,8 @@ TEST mirrored_nodes_are_turned(void)
         struct mesh mesh;
         begin_file();
         add_box(&position, &index);
-        append(rest, sizeof rest, "\"scenes\":[{\"nodes\":[0]}],%s,\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":%d},\"indices\":%d}]}]",
+        append(rest, sizeof rest,
+               "\"scenes\":[{\"nodes\":[0]}],%s,\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":%d},\"indices\":%d}]}]",
                nodes[n], position, index);
         ASSERTm(error, character_read(write_file("mirror.glb", rest), NULL, &c, error));
         ASSERTm(error, mesh_read(scratch("mirror.glb"), &mesh, error));
@@ -408,8 +413,11 @@ TEST mirrored_nodes_are_turned(void)
 /* The weights of the node go before those of the mesh; a target of weight 0 adds nothing. */
 TEST morph_targets_have_their_default_weights(void)
 {
-    static const struct { const char *mesh, *node; double size; } cases[] = {
-        {"", "", 1.0}, {"\"weights\":[0.5,0],", "", 1.5}, {"\"weights\":[0.5,0],", ",\"weights\":[0,2]", 1.2}, {"\"weights\":[0.5,1],", "", 1.6}};
+    static const struct { const char *mesh, *node; double size;
+    } cases[] = {{"", "", 1.0},
+                 {"\"weights\":[0.5,0],", "", 1.5},
+                 {"\"weights\":[0.5,0],", ",\"weights\":[0,2]", 1.2},
+                 {"\"weights\":[0.5,1],", "", 1.6}};
     for (int k = 0; k < 4; ++k) {
         int position, index, targets[2];
         static char error[CHARACTER_TEXT];
@@ -446,11 +454,13 @@ static const char *write_clip(const char *interpolation, int groups, const doubl
     add_box(&position, &index);
     const int input = add_accessor(times, 3, 1, &floats), move = add_accessor(moves, 3 * groups, 3, &floats),
               turn = add_accessor(turns, 3 * groups, 4, &floats);
-    append(rest, sizeof rest,
-           ONE_NODE "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":%d},\"indices\":%d}]}],\"animations\":[{\"channels\":["
-           "{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}},{\"sampler\":1,\"target\":{\"node\":0,\"path\":\"rotation\"}}],"
-           "\"samplers\":[{\"input\":%d,\"output\":%d,\"interpolation\":\"%s\"},{\"input\":%d,\"output\":%d,\"interpolation\":\"%s\"}]}]",
-           position, index, input, move, interpolation, input, turn, interpolation);
+    append(
+        rest, sizeof rest,
+        ONE_NODE
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":%d},\"indices\":%d}]}],\"animations\":[{\"channels\":["
+        "{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}},{\"sampler\":1,\"target\":{\"node\":0,\"path\":\"rotation\"}}],"
+        "\"samplers\":[{\"input\":%d,\"output\":%d,\"interpolation\":\"%s\"},{\"input\":%d,\"output\":%d,\"interpolation\":\"%s\"}]}]",
+        position, index, input, move, interpolation, input, turn, interpolation);
     return write_file("clip.glb", rest);
 }
 
@@ -537,15 +547,17 @@ static const char *write_draco(size_t size)
     memcpy(made.bytes, draco_box, size);
     made.used = size;
     end_view(0, 0);
-    append(made.accessors, sizeof made.accessors,
-           "{\"componentType\":5126,\"count\":8,\"type\":\"VEC3\"},{\"componentType\":5121,\"count\":8,\"type\":\"VEC3\",\"normalized\":true},"
-           "{\"componentType\":5121,\"count\":8,\"type\":\"VEC4\"},{\"componentType\":5121,\"count\":8,\"type\":\"VEC4\",\"normalized\":true},"
-           "{\"componentType\":5123,\"count\":36,\"type\":\"SCALAR\"}");
-    return write_file("draco.glb",
-                      "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"scenes\":[{\"nodes\":[0,1,2]}],\"nodes\":[{\"name\":\"low\"},"
-                      "{\"name\":\"high\"},{\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
-                      "\"POSITION\":0,\"COLOR_0\":1,\"JOINTS_0\":2,\"WEIGHTS_0\":3},\"indices\":4,\"extensions\":{\"KHR_draco_mesh_compression\":{"
-                      "\"bufferView\":0,\"attributes\":{\"POSITION\":0,\"COLOR_0\":1,\"JOINTS_0\":2,\"WEIGHTS_0\":3}}}}]}]");
+    append(
+        made.accessors, sizeof made.accessors,
+        "{\"componentType\":5126,\"count\":8,\"type\":\"VEC3\"},{\"componentType\":5121,\"count\":8,\"type\":\"VEC3\",\"normalized\":true},"
+        "{\"componentType\":5121,\"count\":8,\"type\":\"VEC4\"},{\"componentType\":5121,\"count\":8,\"type\":\"VEC4\",\"normalized\":true},"
+        "{\"componentType\":5123,\"count\":36,\"type\":\"SCALAR\"}");
+    return write_file(
+        "draco.glb",
+        "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"scenes\":[{\"nodes\":[0,1,2]}],\"nodes\":[{\"name\":\"low\"},"
+        "{\"name\":\"high\"},{\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0,1]}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+        "\"POSITION\":0,\"COLOR_0\":1,\"JOINTS_0\":2,\"WEIGHTS_0\":3},\"indices\":4,\"extensions\":{\"KHR_draco_mesh_compression\":{"
+        "\"bufferView\":0,\"attributes\":{\"POSITION\":0,\"COLOR_0\":1,\"JOINTS_0\":2,\"WEIGHTS_0\":3}}}}]}]");
 }
 
 TEST draco_is_decoded(void)
@@ -556,7 +568,8 @@ TEST draco_is_decoded(void)
     ASSERT(c.vertex_count == 8 && c.triangle_count == 12 && c.skinned && c.unnormal == 0);
     ASSERT_NEAR(2.0, volume_of(c.positions, c.triangles, NULL, 12), 5e-3);
     for (int v = 0; v < 8; ++v) {
-        const int i = (int)lroundf(c.positions[3 * v]) + 2 * (int)lroundf(c.positions[3 * v + 1]) + 2 * (int)lroundf(c.positions[3 * v + 2]);
+        const int i =
+            (int)lroundf(c.positions[3 * v]) + 2 * (int)lroundf(c.positions[3 * v + 1]) + 2 * (int)lroundf(c.positions[3 * v + 2]);
         ASSERT_NEAR(30.0 * i / 255.0, weight_on(&c.influences[v], character_joint(&c, "high")), 1e-5);
         for (int k = 0; k < 3; ++k) ASSERT_NEAR(pow((20.0 * i + 40.0 * k) / 255.0, 1.0 / 2.2), c.colors[3 * v + k], 1e-4);
     }
@@ -574,10 +587,11 @@ static void put_compressed(const unsigned char *encoded, size_t size, int stride
     const size_t start = begin_view();
     memcpy(made.bytes + start, encoded, size);
     made.used += size;
-    append(made.views, sizeof made.views,
-           "%s{\"buffer\":1,\"byteLength\":%d,\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,"
-           "\"byteStride\":%d,\"count\":%d,%s}}}",
-           made.view_count++ ? "," : "", stride * count, start, size, stride, count, mode);
+    append(
+        made.views, sizeof made.views,
+        "%s{\"buffer\":1,\"byteLength\":%d,\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,"
+        "\"byteStride\":%d,\"count\":%d,%s}}}",
+        made.view_count++ ? "," : "", stride * count, start, size, stride, count, mode);
 }
 
 /* A box whose corners are shorts, its faces triangles or a sequence of indices. spoilt: a byte of the code is changed. */
@@ -633,7 +647,8 @@ TEST files_of_gltfpack_are_read(void)
     character_free(&whole);
     ASSERTm(error, character_read(scratch("whole.glb"), NULL, &whole, error));
     for (int o = 0; o < 4; ++o) {
-        snprintf(command, sizeof command, "gltfpack -i '%s' -o '%s' %s > /dev/null 2>&1", scratch("whole.glb"), scratch("packed.glb"), options[o]);
+        snprintf(command, sizeof command, "gltfpack -i '%s' -o '%s' %s > /dev/null 2>&1", scratch("whole.glb"), scratch("packed.glb"),
+                 options[o]);
         ASSERT_EQm(command, 0, system(command));
         ASSERTm(error, character_read(scratch("packed.glb"), NULL, &packed, error));
         ASSERT(packed.skinned && packed.unnormal == 0 && packed.animation_count == 1 && packed.triangle_count > 0);
@@ -691,7 +706,8 @@ TEST what_cannot_be_read_is_named(void)
 #define VIEW "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]"
 #define ACCESSOR(rest) "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"" rest "}]"
 #define WHOLE TRIANGLE "," BYTES "," VIEW "," ACCESSOR("")
-    static const struct { const char *text, *reason; } files[] = {
+    static const struct { const char *text, *reason;
+    } files[] = {
         {ASSET "," WHOLE "}", NULL},
         {ASSET ",\"extensionsRequired\":[\"KHR_texture_transform\",\"KHR_materials_unlit\"]," WHOLE "}", NULL},
         {ASSET ",\"extensionsRequired\":[\"EXT_mesh_gpu_instancing\"]," WHOLE "}", "requires the extension EXT_mesh_gpu_instancing"},
@@ -716,13 +732,16 @@ TEST what_cannot_be_read_is_named(void)
         {ASSET "," TRIANGLE ",\"accessors\":[{\"componentType\":5126,\"count\":99999999,\"type\":\"VEC3\"}]}", "without bytes for them"},
         {ASSET "," TRIANGLE "," BYTES "," VIEW "," ACCESSOR(",\"sparse\":{\"count\":1}") "}", "accessor 0: its sparse part"},
         {ASSET "," TRIANGLE "," BYTES "," VIEW "," ACCESSOR(",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"byteOffset\":15,"
-         "\"componentType\":5121},\"values\":{\"bufferView\":0}}") "}", "names element 63 of 3"},
+                                                            "\"componentType\":5121},\"values\":{\"bufferView\":0}}") "}",
+         "names element 63 of 3"},
         {ASSET "," TRIANGLE "," BYTES ",\"bufferViews\":[{\"buffer\":0,\"byteOffset\":8,\"byteLength\":36}]," ACCESSOR("") "}",
          "buffer view 0: it is not within buffer 0"},
         {ASSET "," TRIANGLE ",\"buffers\":[{\"byteLength\":36}]," VIEW "," ACCESSOR("") "}", "buffer 0: it has no bytes"},
-        {ASSET "," TRIANGLE ",\"buffers\":[{\"byteLength\":36,\"uri\":\"none.bin\"}]," VIEW "," ACCESSOR("") "}", "none.bin cannot be read"},
+        {ASSET "," TRIANGLE ",\"buffers\":[{\"byteLength\":36,\"uri\":\"none.bin\"}]," VIEW "," ACCESSOR("") "}",
+         "none.bin cannot be read"},
         {ASSET ",\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}],\"samplers\":[{\"input\":0,"
-         "\"output\":0,\"interpolation\":\"CURVED\"}]}]," WHOLE "}", "interpolation CURVED"},
+               "\"output\":0,\"interpolation\":\"CURVED\"}]}]," WHOLE "}",
+         "interpolation CURVED"},
     };
     static const char deep_end[] = "}";
     static char error[CHARACTER_TEXT];
@@ -748,9 +767,10 @@ TEST what_cannot_be_read_is_named(void)
 
 TEST reports_are_as_they_should_be(void)
 {
-    static const struct { const char *name; double volume; } meshes[] = {
-        {"gltf-quantized/ball_short.glb", 14.11}, {"gltf-quantized/ball_gltfpack.glb", 14.11}, {"gltf-draco-meshopt/ball_draco.glb", 14.11},
-        {"gltf-draco-meshopt/ball_meshopt.glb", 14.11}, {"gltf-mirrored/two_wheels.glb", 3.987}, {"gltf-sparse-morph/morph_default_weight.glb", 14.02}};
+    static const struct { const char *name; double volume;
+    } meshes[] = {{"gltf-quantized/ball_short.glb", 14.11},     {"gltf-quantized/ball_gltfpack.glb", 14.11},
+                  {"gltf-draco-meshopt/ball_draco.glb", 14.11}, {"gltf-draco-meshopt/ball_meshopt.glb", 14.11},
+                  {"gltf-mirrored/two_wheels.glb", 3.987},      {"gltf-sparse-morph/morph_default_weight.glb", 14.02}};
     static const char *const pairs[][2] = {{"gltf-weights-ubyte/tube_ubyte.glb", "gltf-weights-ubyte/tube_float.glb"},
                                            {"gltf-anim-int16/tube_int16.glb", "gltf-anim-int16/tube_float.glb"},
                                            {"gltf-uv-ushort/body_ushort.glb", "gltf-uv-ushort/body_float.glb"}};

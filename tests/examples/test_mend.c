@@ -136,7 +136,8 @@ static double area_of(const struct mesh *mesh)
  * more where edges are cut by a voxel of 54. The zero level, and the paper's set, do so. */
 TEST edges_stay_sharp(void)
 {
-    static const uint32_t faces[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    static const uint32_t faces[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                       2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
     const double side[3] = {2.0, 1.5, 1.0}, axis[3][3] = {{0.8, 0.6, 0.0}, {-0.48, 0.64, 0.6}, {0.36, -0.48, 0.8}};
     const double volume = side[0] * side[1] * side[2], area = 2.0 * (side[0] * side[1] + side[1] * side[2] + side[2] * side[0]);
     struct damaged m;
@@ -170,11 +171,13 @@ TEST edges_stay_sharp(void)
     PASS();
 }
 
-/* Pairs of triangles that cross, apart from each other in a row, under one that is as large as all: as many crossings, and their corners. */
+/* Pairs of triangles that cross, apart from each other in a row, under one that is as large as all: as many crossings, and their
+   corners. */
 TEST crossings_are_counted_and_marked(void)
 {
     enum { PAIRS = 50 };
-    static const float pair[18] = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.2f, 0.2f, -1.0f, 0.3f, 0.2f, 1.0f, 0.2f, 0.3f, 1.0f};
+    static const float pair[18] = {0.0f, 0.0f, 0.0f,  1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f,
+                                   0.2f, 0.2f, -1.0f, 0.3f, 0.2f, 1.0f, 0.2f, 0.3f, 1.0f};
     float places[3 * (6 * PAIRS + 6)];
     int triangles[6 * PAIRS + 6];
     unsigned char marks[6 * PAIRS + 6] = {0};
@@ -191,8 +194,8 @@ TEST crossings_are_counted_and_marked(void)
     PASS();
 }
 
-/* A ring with a rough surface, every triangle on its own with cracks of a five-hundredth around it: all borders find each other, so that the
- * ring is the rough one again, with one hole. */
+/* A ring with a rough surface, every triangle on its own with cracks of a five-hundredth around it: all borders find each other, so that
+ * the ring is the rough one again, with one hole. */
 TEST cracks_of_rough_surfaces_are_joined(void)
 {
     struct damaged m;
@@ -222,7 +225,8 @@ TEST cracks_of_rough_surfaces_are_joined(void)
 TEST borders_are_joined_by_their_own_lengths(void)
 {
     enum { TINY = 2000 };
-    static const float crack[18] = {0.0f, 0.0f, 0.0f, 3.0f, 0.0f, 0.0f, 1.0f, 3.0f, 0.0f, 0.0f, -0.5f, 0.0f, 1.0f, -4.0f, 0.0f, 3.0f, -0.5f, 0.0f};
+    static const float crack[18] = {0.0f, 0.0f,  0.0f, 3.0f, 0.0f,  0.0f, 1.0f, 3.0f,  0.0f,
+                                    0.0f, -0.5f, 0.0f, 1.0f, -4.0f, 0.0f, 3.0f, -0.5f, 0.0f};
     static float positions[18 + 9 * TINY];
     static uint32_t indices[6 + 3 * TINY];
     float fan[15] = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.5f, 1.0f, 0.0f, 0.5f, -1.0f, 0.0f, 0.5f, 0.0f, 1.0f};
@@ -236,7 +240,8 @@ TEST borders_are_joined_by_their_own_lengths(void)
         memcpy(positions, crack, sizeof crack);
         for (int i = 0; i < 6 + 3 * tiny; ++i) indices[i] = (uint32_t)i;
         for (int i = 0; i < 9 * tiny; ++i) positions[18 + i] = 10.0f + (float)(i / 9) + 0.01f * (float)(i % 9 == 3 || i % 9 == 7);
-        mesh = (struct mesh){.positions = positions, .vertex_count = 6 + 3 * (size_t)tiny, .indices = indices, .triangle_count = 2 + (size_t)tiny};
+        mesh = (struct mesh){
+            .positions = positions, .vertex_count = 6 + 3 * (size_t)tiny, .indices = indices, .triangle_count = 2 + (size_t)tiny};
         ASSERT(mesh_weld(&mesh, 1.0f, &joined));
         ASSERT_EQ(1u, joined);
         ASSERT_EQ(-0.25f, positions[1]);
@@ -294,8 +299,8 @@ static bool add_ball(struct damaged *m, double x, double radius, bool inwards)
     return true;
 }
 
-/* A ball, another one of 1/1166 of its volume beside it, and a hollow as little in it: they enclose 30 voxels^3 and more, which by default is
- * more than a speck. */
+/* A ball, another one of 1/1166 of its volume beside it, and a hollow as little in it: they enclose 30 voxels^3 and more, which by default
+ * is more than a speck. */
 TEST little_parts_and_hollows_are_no_specks(void)
 {
     static const struct {
@@ -435,7 +440,8 @@ TEST images_come_along(void)
         }
         byte_image_sample(&scene.pictures[0].image, uv, is);
         color_at(place, ought);
-        wrong += fabsf(is[0] - ought[0]) > 2.6f / 255.0f || fabsf(is[1] - ought[1]) > 2.6f / 255.0f || fabsf(is[2] - ought[2]) > 2.6f / 255.0f;
+        wrong +=
+            fabsf(is[0] - ought[0]) > 2.6f / 255.0f || fabsf(is[1] - ought[1]) > 2.6f / 255.0f || fabsf(is[2] - ought[2]) > 2.6f / 255.0f;
     }
     ASSERT_IN_RANGE(0, wrong, part->triangle_count / 100);
     scene_free(&scene);
@@ -487,18 +493,25 @@ static bool write_grey(const char *path, bool broken)
     for (int i = 0; i < 12; ++i) colors[i] = 0.5f;
     material.image = 0;
     if (!broken) {
-        if (!image_create(&white, 4, 4, color_rgb(1.0f, 1.0f, 1.0f)) || !image_encode_png(&white, &picture.bytes, &picture.size)) return false;
+        if (!image_create(&white, 4, 4, color_rgb(1.0f, 1.0f, 1.0f)) || !image_encode_png(&white, &picture.bytes, &picture.size))
+            return false;
         image_free(&white);
     }
-    const struct gltf_mesh mesh = {
-        .positions = positions, .normals = positions, .uvs = uvs, .colors = colors, .triangles = triangles, .vertex_count = 4, .triangle_count = 4};
+    const struct gltf_mesh mesh = {.positions = positions,
+                                   .normals = positions,
+                                   .uvs = uvs,
+                                   .colors = colors,
+                                   .triangles = triangles,
+                                   .vertex_count = 4,
+                                   .triangle_count = 4};
     const struct gltf_look look = {&material, &picture, 1, 1};
     const bool fine = gltf_write_mesh(path, &mesh, &look);
     if (!broken) free(picture.bytes);
     return fine;
 }
 
-/* A broken image is named, though there is no other, and so is an option without effect; colors of glTF are linear whatever the file's name. */
+/* A broken image is named, though there is no other, and so is an option without effect; colors of glTF are linear whatever the file's
+   name. */
 TEST looks_are_read_by_what_is_in_the_file(void)
 {
     char path[512];
@@ -529,7 +542,8 @@ TEST triangles_are_as_many_as_asked_for(void)
     damage_end(&m);
     for (int i = 0; i < 2; ++i) {
         struct facts facts;
-        const char *const more[] = {"--grid", "64", "--out", scratch("thin.ply"), i ? "--tolerance" : "--triangles", i ? "0.1" : "2000", NULL};
+        const char *const more[] = {"--grid",           "64", "--out", scratch("thin.ply"), i ? "--tolerance" : "--triangles",
+                                    i ? "0.1" : "2000", NULL};
         ASSERT_EQ(0, run_mend(path, more));
         ASSERT(read_facts(more[3], &facts));
         ASSERT(facts.mesh.triangle_count < 9000 && (i || facts.mesh.triangle_count <= 2000));
@@ -596,7 +610,8 @@ TEST distant_meshes_keep_their_digits(void)
         ASSERT_EQ(5433218.0, moved[1]);
         ASSERT_IN_RANGE(volume, mesh_volume(mesh.positions, (const int *)mesh.indices, (int)mesh.triangle_count), 0.015 * volume);
         for (size_t v = 0; v < mesh.vertex_count; ++v) { /* on the ring, to a twentieth of a voxel of .077 */
-            const double x = (double)mesh.positions[3 * v] + moved[0] - origin[0], y = (double)mesh.positions[3 * v + 1] + moved[1] - origin[1];
+            const double x = (double)mesh.positions[3 * v] + moved[0] - origin[0],
+                         y = (double)mesh.positions[3 * v + 1] + moved[1] - origin[1];
             const double z = (double)mesh.positions[3 * v + 2] + moved[2] - origin[2];
             worst = fmaxf(worst, (float)fabs(hypot(hypot(x, y) - 1.0, z) - 0.45));
         }

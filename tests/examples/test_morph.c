@@ -284,7 +284,8 @@ TEST wrong_lines_end_with_a_status(void)
     const char *const absent[] = {"a.glb", "b.glb", NULL}, *const still[] = {"--animation", "Swim", "--grid", "32", NULL};
     const char *const props[] = {"--props", "nope", "--grid", "32", NULL};
     const char *const texture[] = {"--texture", "8", "--grid", "32", "--quiet", "--out", scratch("texture"), NULL};
-    const char *const points[][4] = {{scratch("point.obj"), "a.glb"}, {scratch("point.obj"), "--weights"}, {"--donor", scratch("point.obj"), "--weights"}};
+    const char *const points[][4] = {
+        {scratch("point.obj"), "a.glb"}, {scratch("point.obj"), "--weights"}, {"--donor", scratch("point.obj"), "--weights"}};
     const char *const vain[][4] = {{"--list", "--weights"}, {"--weights", "--frames", "3"}, {"--weights", "a.glb", "b.glb"},
                                    {"--size", "64"}, {"--view", "0,0,1"}, {"--texture", "0"}, {"--channel"}};
     const char *const donor[] = {scratch("flat.obj"), "--weights", "--donor", scratch("flat.obj"), "--grid", "32", NULL};

@@ -203,8 +203,8 @@ class Right(unittest.TestCase):
     def test_all_of_the_interface_is_there(self):
         """What the module leaves out has its reason: a call of the header that is new is wrapped or named here."""
         left_out = {
-            'for programs that draw frames': 'chunk_attribute chunks_begin chunks_continue chunks_create chunks_destroy chunks_lod chunks_update '
-                                             'step_begin step_continue step_in_progress',
+            'for programs that draw frames': 'chunk_attribute chunks_begin chunks_continue chunks_create chunks_destroy chunks_lod '
+                                             'chunks_update step_begin step_continue step_in_progress',
             'Python has functions of its own': 'implicit_box implicit_metasphere implicit_notched_sphere implicit_sphere implicit_torus',
             'the module does it': 'default_desc default_forces default_step_desc create_error threads_count threads_destroy version '
                                   'attribute_count',

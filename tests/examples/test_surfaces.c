@@ -453,7 +453,9 @@ TEST walls_bound_all_labels_and_never_cross(void)
         struct walls_file walls = {0};
         fill(mirrored ? thirds : crumbled);
         ASSERT(write_map(scratch("map.nii.gz"), mirrored));
-        ASSERT_EQ(0, RUN(scratch("map.nii.gz"), "--out", scratch("walls"), "--no-pictures", "--meshes", "none", "--smooth", mirrored ? "40" : "5"));
+        ASSERT_EQ(
+            0,
+            RUN(scratch("map.nii.gz"), "--out", scratch("walls"), "--no-pictures", "--meshes", "none", "--smooth", mirrored ? "40" : "5"));
         ASSERT(read_walls(scratch("walls/walls.vtk"), &walls));
         ASSERT(walls.triangle_count > 1000);
         ASSERT_EQ(0, mesh_mark_crossings(walls.places, walls.triangles, walls.triangle_count, NULL));
@@ -558,7 +560,8 @@ TEST bad_input_gets_a_line(void)
     }
     const struct {
         const char *table, *reason;
-    } tables[] = {{"bad.txt", "line 1"}, {"twice.txt", "label 1 has a line already"}, {"none.txt", "without labels"}, {"gone.txt", "not readable"}};
+    } tables[] = {
+        {"bad.txt", "line 1"}, {"twice.txt", "label 1 has a line already"}, {"none.txt", "without labels"}, {"gone.txt", "not readable"}};
     for (size_t c = 0; c < sizeof tables / sizeof *tables; ++c) {
         const char *const words[] = {scratch("map.nii.gz"), "--table", scratch(tables[c].table), NULL};
         ASSERT_EQ(1, run_to_text(words, text, sizeof text));

@@ -292,7 +292,8 @@ TEST labels_are_laid_on_the_grid_of_their_image(void)
     const struct {
         float shift;
         const char *note;
-    } cases[] = {{0.01f, "up to 0.01 mm beside the grid of the image"}, {0.3f, "not on the grid of the image: its first voxel lies at -11.95,"}};
+    } cases[] = {{0.01f, "up to 0.01 mm beside the grid of the image"},
+                 {0.3f, "not on the grid of the image: its first voxel lies at -11.95,"}};
     for (int c = 0; c < 2; ++c) {
         ASSERT(volume_create(dims, spacing, (const float[3]){origin[0] + cases[c].shift, origin[1], origin[2]}, &stored));
         ASSERTm(error, volume_write(in_folder("beside.nii"), &stored, VOLUME_UINT32, ids, error));

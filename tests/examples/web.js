@@ -5,7 +5,8 @@ const {spawn} = require('child_process'), fs = require('fs'), path = require('pa
 const [page, pictures] = process.argv.slice(2).map(p => path.resolve(p));
 
 const browser = spawn(process.env.CHROMIUM || 'chromium-headless-shell', ['--remote-debugging-pipe', '--no-sandbox',
-  '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--window-size=900,600', 'about:blank'], {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
+  '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--window-size=900,600', 'about:blank'],
+  {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
 const [, , , toBrowser, fromBrowser] = browser.stdio, answers = new Map();
 let rest = '', count = 0, session, passed = 0, failed = 0;
 

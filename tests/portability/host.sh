@@ -1,11 +1,8 @@
 # host.sh - the checks of the macros that a program has defined before it includes the headers; read by matrix.sh, whose check, $w and
 # $warnings they use.
 
-# The header of a program that defines every word of host_words.txt; any use of one is an error.
-host_header() {
-    echo '#include "tests/portability/standard.h"'
-    sed 's/#.*//' $here/host_words.txt | tr -s ' ' '\n' | grep . | sed -E 's/\(\)$/(...)/; s/^([A-Za-z0-9_]+)(.*)/#undef \1\n#define \1\2 HOST MACRO/'
-}
+# The header of a program that defines every word of host_words.txt.
+host_header() { $here/host_header.sh; }
 # The real headers whose macros are words, where they are at hand: not term.h, which OpenCL's own header does not compile after.
 real_header() {
     echo '#include "tests/portability/standard.h"'

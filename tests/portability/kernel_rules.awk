@@ -38,7 +38,9 @@ function check_arrays(line,    bound, list) {
 { line = code($0) }
 line ~ /^#define SPRINGLS__[A-Z_]+ [0-9]+ *$/ { split(line, word, / +/); size[word[2]] = word[3] }
 line ~ /^typedef struct/ { structure = 1 }
-structure && line ~ /\*[a-z_]+[;,]/ && line !~ /SPRINGLS__(GLOBAL|LOCAL)|__global|__local/ { fault("a pointer to private memory in a structure") }
+structure && line ~ /\*[a-z_]+[;,]/ && line !~ /SPRINGLS__(GLOBAL|LOCAL)|__global|__local/ {
+    fault("a pointer to private memory in a structure")
+}
 structure && line ~ /(^|[ {])bool / { fault("bool in a structure") }
 line ~ /}/ { structure = 0 }
 line ~ /\] *= *\{/ && line !~ /SPRINGLS__CONST/ { check_arrays(line) }

@@ -17,8 +17,8 @@ typedef struct scene {
 /* A ball, a plate with sharp edges, a thin rod, a droplet, and a ball that the border of the grid cuts. World units. */
 static void shapes(void *user, const float *points, int count, float *out)
 {
-    static const springls_box plate = { { 27.0f, 20.0f, 20.4f }, { 9.3f, 11.2f, 1.6f } }, rod = { { 22.0f, 33.1f, 30.2f }, { 14.0f, 0.8f, 0.9f } };
-    static const springls_sphere ball[3] = { { { 13.2f, 18.7f, 20.3f }, 9.1f }, { { 33.0f, 32.0f, 7.1f }, 2.2f }, { { 6.0f, 35.0f, 33.0f }, 8.0f } };
+    static const springls_box plate = {{27.0f, 20.0f, 20.4f}, {9.3f, 11.2f, 1.6f}}, rod = {{22.0f, 33.1f, 30.2f}, {14.0f, 0.8f, 0.9f}};
+    static const springls_sphere ball[3] = {{{13.2f, 18.7f, 20.3f}, 9.1f}, {{33.0f, 32.0f, 7.1f}, 2.2f}, {{6.0f, 35.0f, 33.0f}, 8.0f}};
     float part[64];
     int i, k, n;
     (void)user;

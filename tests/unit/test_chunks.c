@@ -473,7 +473,8 @@ TEST contouring_may_change(void)
         CHECK_CALL(is_the_mesh(s.ctx, &s.store));
         ASSERT_OK(update(&s, &count));
         ASSERT_EQ(0, count);
-        params.contouring = params.contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
+        params.contouring =
+            params.contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
         ASSERT_OK(springls_set_params(s.ctx, &params));
         if (i == 1 || i == 2) ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &small)); /* chunks vanish with either */
         if (i == 3) ASSERT_OK(springls_reset(s.ctx));
@@ -491,7 +492,8 @@ TEST contouring_may_change_halfway(void)
 {
     springls_chunks_desc exact = { -1.0f, false };
     springls_params params = chosen_params();
-    const springls_contouring other = contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
+    const springls_contouring other =
+        contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
     const springls_chunk *changed;
     springls_mesh mesh;
     scene s;
@@ -565,7 +567,8 @@ TEST ids_reach_across_borders(void)
 static void name_run(const char *what)
 {
     char suffix[48];
-    snprintf(suffix, sizeof suffix, "%s%s%s", contouring == SPRINGLS_CONTOURING_SPRINGLS ? "springls" : "zero_level", *what ? "_" : "", what);
+    snprintf(suffix, sizeof suffix, "%s%s%s", contouring == SPRINGLS_CONTOURING_SPRINGLS ? "springls" : "zero_level", *what ? "_" : "",
+             what);
     greatest_set_test_suffix(suffix);
 }
 

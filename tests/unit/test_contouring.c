@@ -80,7 +80,8 @@ TEST components_are_the_mesh(springls_context *ctx, const found *f)
     if (!springls_get_params(ctx).components) PASS();
     for (i = 0; i < 3 * POINTS; i++) points[i] = fixture_between(4.0f, 60.0f);
     for (i = 0; i < POINTS && f->mesh.vertex_count > 0; i += 2) /* many beside the surface */
-        for (k = 0; k < 3; k++) points[3 * i + k] = f->mesh.positions[3 * (i * 7919 % f->mesh.vertex_count) + k] + fixture_between(-1.0f, 1.0f);
+        for (k = 0; k < 3; k++)
+            points[3 * i + k] = f->mesh.positions[3 * (i * 7919 % f->mesh.vertex_count) + k] + fixture_between(-1.0f, 1.0f);
     ASSERT_OK(springls_component_of(ctx, points, POINTS, ids));
     ASSERT_OK(springls_sample_inside(ctx, points, POINTS, inside));
     ASSERT_OK(springls_components(ctx, &list, &count));

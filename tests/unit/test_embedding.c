@@ -8,7 +8,8 @@ TEST budgets_may_be_negative(void)
     float wind[3] = { 0.4f, 0.3f, 0.2f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
-    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f), *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f),
+                     *whole = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
     springls_chunks *chunks;
     const springls_chunk *changed;
     int calls = 0, count;

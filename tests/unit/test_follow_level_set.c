@@ -1,5 +1,5 @@
-/* test_follow_level_set.c - a new level set in each frame: volumes, ids and correspondences of what stays, springls and values of drops that
-   come and go, models that rest, refusals, memory that runs out. */
+/* test_follow_level_set.c - a new level set in each frame: volumes, ids and correspondences of what stays, springls and values of drops
+   that come and go, models that rest, refusals, memory that runs out. */
 #include "fixtures.h"
 
 enum { SIZE = 40 };

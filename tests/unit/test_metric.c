@@ -119,7 +119,8 @@ TEST evolve_is_the_worlds(int grid)
     }
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     for (i = 0; i < mesh.vertex_count; i++) {
-        const double r = d3_distance(d3_of(springls__load3(mesh.positions + 3 * i)), d3_make((double)CENTER, (double)CENTER, (double)CENTER));
+        const double r =
+            d3_distance(d3_of(springls__load3(mesh.positions + 3 * i)), d3_make((double)CENTER, (double)CENTER, (double)CENTER));
         off += r - 16.0;
         off2 += (r - 16.0) * (r - 16.0);
     }

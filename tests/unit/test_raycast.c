@@ -412,7 +412,8 @@ TEST a_query_builds_nothing(void)
 TEST earlier_queries_do_not_matter(void)
 {
     enum { COUNT = 200 };
-    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    static const int triangles[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
     static float corners[24], places[3 * COUNT];
     static springls_hit before[COUNT], after[COUNT];
     springls_sphere ball = fixture_ball(23.0f, 16.0f, 16.0f, 4.0f);

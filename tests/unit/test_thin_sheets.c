@@ -327,8 +327,9 @@ TEST contract_keeps_the_sheet(void)
     lay_sheet(ctx, 0.2, 11.0, 20.9, 1);
     sheet = springls_count(ctx);
     for (i = 0; i < 3; i++)
-        lone += fixture_add(ctx, springls__v3_make(4.0f + 5.0f * (float)i, 5.0f, 26.0f), springls__v3_make(5.0f + 5.0f * (float)i, 5.0f, 26.0f),
-                            springls__v3_make(4.5f + 5.0f * (float)i, 6.0f, 26.0f)) >= 0;
+        lone += fixture_add(ctx, springls__v3_make(4.0f + 5.0f * (float)i, 5.0f, 26.0f),
+                            springls__v3_make(5.0f + 5.0f * (float)i, 5.0f, 26.0f), springls__v3_make(4.5f + 5.0f * (float)i, 6.0f, 26.0f))
+            >= 0;
     ASSERT_EQ(3, lone);
     ASSERT_OK(springls_contract(ctx));
     ASSERT_EQ(sheet, springls_count(ctx));

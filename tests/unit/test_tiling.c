@@ -197,7 +197,8 @@ static bool boxes_touch(const springls_walls *walls, int t, int u)
     for (i = 0; i < 3; i++) {
         float low[2] = { 1e9f, 1e9f }, high[2] = { -1e9f, -1e9f };
         for (k = 0; k < 3; k++) {
-            const float x = walls->positions[3 * walls->triangles[3 * t + k] + i], y = walls->positions[3 * walls->triangles[3 * u + k] + i];
+            const float x = walls->positions[3 * walls->triangles[3 * t + k] + i],
+                        y = walls->positions[3 * walls->triangles[3 * u + k] + i];
             if (x < low[0]) low[0] = x;
             if (x > high[0]) high[0] = x;
             if (y < low[1]) low[1] = y;
@@ -271,7 +272,8 @@ TEST walls_close_beside_the_border(void)
 /* The corners of a box, and its triangles. */
 static springls_status add_box(springls_tiling *tiling, int32_t label, float lower, float upper, springls_mesh_report *report)
 {
-    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    static const int triangles[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
     float corner[24];
     int i;
     for (i = 0; i < 8; i++) {
@@ -312,7 +314,8 @@ TEST walls_are_found(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_closest_wall(tiling, points, 4, NULL));
     ASSERT_OK(springls_tiling_closest_wall(tiling, points, 4, hit));
     for (i = 0; i < 4; i++) {
-        if (GREATEST_IS_VERBOSE()) printf("  %.3f at %.3f, labels %d %d\n", hit[i].distance, hit[i].point[axis[i]], hit[i].labels[0], hit[i].labels[1]);
+        if (GREATEST_IS_VERBOSE())
+            printf("  %.3f at %.3f, labels %d %d\n", hit[i].distance, hit[i].point[axis[i]], hit[i].labels[0], hit[i].labels[1]);
         ASSERT_EQ(low[i], hit[i].labels[0]);
         ASSERT_EQ(high[i], hit[i].labels[1]);
         ASSERT_IN_RANGE(distance[i], hit[i].distance, 0.05f);

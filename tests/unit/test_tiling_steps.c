@@ -1,5 +1,5 @@
-/* test_tiling_steps.c - many bodies that move: walls that stay closed in a flow, bodies that meet and vanish, surface tension, what callers do
-   meanwhile, rest, and the same bits for any threads. */
+/* test_tiling_steps.c - many bodies that move: walls that stay closed in a flow, bodies that meet and vanish, surface tension, what callers
+   do meanwhile, rest, and the same bits for any threads. */
 #include "fixtures.h"
 #include "tilings.h"
 
@@ -177,7 +177,8 @@ TEST films_part_or_join(springls_film film, float thickness, int steps)
     body = springls_tiling_body(tiling, 1);
     for (i = 0; i < springls_count(body) && joined; i++) {
         const springls_view view = springls_view_particles(body);
-        for (k = 0; k < 3; k++) point[k] = (double)*(const float *)(const void *)((const char *)view.data + (size_t)i * view.stride + 4u * (unsigned)k);
+        for (k = 0; k < 3; k++)
+            point[k] = (double)*(const float *)(const void *)((const char *)view.data + (size_t)i * view.stride + 4u * (unsigned)k);
         within += fabs(point[0] - 13.55) < 1.5 && (point[1] - 13.6) * (point[1] - 13.6) + (point[2] - 13.3) * (point[2] - 13.3) < 6.0;
     }
     ASSERT_EQ(0, within);
@@ -188,7 +189,7 @@ TEST films_part_or_join(springls_film film, float thickness, int steps)
 /* What the callback must not give is refused before bodies touch, and nothing has changed. */
 TEST wrong_films_are_refused(void)
 {
-    static const rule wrong[3] = { { 0.0f, SPRINGLS_FILM_PART, -0.1f }, { 0.0f, SPRINGLS_FILM_JOIN, 0.95f }, { 0.0f, (springls_film)2, 0.3f } };
+    static const rule wrong[3] = {{0.0f, SPRINGLS_FILM_PART, -0.1f}, {0.0f, SPRINGLS_FILM_JOIN, 0.95f}, {0.0f, (springls_film)2, 0.3f}};
     springls_tiling *tiling = tiling_of_size(SIZE, NULL);
     part first = part_at(8.2f, 13.6f, 13.3f, 5.1f, 0), second = part_at(18.9f, 13.6f, 13.3f, 5.1f, 0);
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
@@ -258,7 +259,8 @@ TEST halves_join(void)
         ASSERT_OK(springls_set_attribute(body, number, ones));
     }
     ASSERT_OK(springls_measure(springls_tiling_body(tiling, 0), &outer));
-    if (GREATEST_IS_VERBOSE()) printf("  volume %.2f of %.2f, area %.2f of %.2f\n", measures.volume, outer.volume, measures.area, outer.area);
+    if (GREATEST_IS_VERBOSE())
+        printf("  volume %.2f of %.2f, area %.2f of %.2f\n", measures.volume, outer.volume, measures.area, outer.area);
     ASSERT_IN_RANGE(outer.volume, measures.volume, 0.003 * outer.volume);
     ASSERT_IN_RANGE(outer.area, measures.area, 0.005 * outer.area);
     ASSERT_IN_RANGE(4.0 * fixture_pi * 49.0, measures.area, 0.02 * 4.0 * fixture_pi * 49.0);
@@ -850,7 +852,8 @@ TEST bodies_rest(void)
     for (i = 0; i < 40; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
     if (GREATEST_IS_VERBOSE()) printf("  %d loops\n", loops);
     ASSERT_GT(loops, 40 * 20);
-    for (k = resting_bodies(tiling); k < 4 && i < 400; k = resting_bodies(tiling), i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));
+    for (k = resting_bodies(tiling); k < 4 && i < 400; k = resting_bodies(tiling), i++)
+        ASSERT_OK(springls_tiling_step(tiling, &step, &report));
     if (GREATEST_IS_VERBOSE()) printf("  at rest after %d steps\n", i);
     ASSERT_EQ(4, k);
     for (i = 0; i < 250; i++) ASSERT_OK(springls_tiling_step(tiling, &step, &report));

@@ -22,7 +22,8 @@ struct json_writer {
     bool has_items[JSON_DEPTH];
 };
 
-/* Opens `path` for writing ("-" = stdout), which has to stay until json_close. Returns false on failure; call json_close only after true. */
+/* Opens `path` for writing ("-" = stdout), which has to stay until json_close. Returns false on failure; call json_close only after
+   true. */
 bool json_open(struct json_writer *json, const char *path);
 void json_open_stream(struct json_writer *json, FILE *file); /* the caller keeps the stream */
 /* Closes open objects and adds a line end. Returns false after any write error or misuse, which leaves no file at `path`. */

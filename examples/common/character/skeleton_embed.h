@@ -33,8 +33,8 @@ struct skeleton_embedding {
     struct skeleton_roles roles;
 };
 
-/* Finds the roles with the least cost, and how far each is from a guess. up: known, or NULL. Returns false with one line in `error` if the tree has too few
- * ends. */
+/* Finds the roles with the least cost, and how far each is from a guess. up: known, or NULL. Returns false with one line in `error` if the
+ * tree has too few ends. */
 bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid,
                          const struct medial_tree *tree, const float *up, struct skeleton_roles *roles,
                          char error[CHARACTER_TEXT]);

@@ -135,7 +135,8 @@ bool volume_allocate(struct volume *volume, char error[VOLUME_TEXT])
     volume->maximum = -INFINITY;
     volume->data = malloc(volume_voxels(volume) * sizeof *volume->data);
     volume->ids = volume->data && volume->wants_ids ? malloc(volume_voxels(volume) * sizeof *volume->ids) : NULL;
-    return (volume->data && (volume->ids || !volume->wants_ids)) || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
+    return (volume->data && (volume->ids || !volume->wants_ids))
+        || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
 }
 
 void volume_store(struct volume *volume, size_t voxel, double value)

@@ -151,7 +151,8 @@ bool find_series(const char *path, std::vector<series> &list, char error[VOLUME_
     for (const auto &entry : found) {
         list.push_back(entry.second);
     }
-    std::stable_sort(list.begin(), list.end(), [](const series &a, const series &b) { return atoi(a.number.c_str()) < atoi(b.number.c_str()); });
+    std::stable_sort(list.begin(), list.end(),
+                     [](const series &a, const series &b) { return atoi(a.number.c_str()) < atoi(b.number.c_str()); });
     return true;
 }
 
@@ -208,10 +209,12 @@ bool is_cut(const std::string &name, const gdcm::File &file)
 
 int depth_of(const gdcm::Image &image) { return image.GetNumberOfDimensions() > 2 ? int(image.GetDimension(2)) : 1; }
 
-/* Reads the numbers of an element of the first item of a sequence, "1\\2.5", 6 at most. Returns false, and leaves them, unless all are there. */
+/* Reads the numbers of an element of the first item of a sequence, "1\\2.5", 6 at most. Returns false, and leaves them, unless all are
+   there. */
 bool read_numbers(const gdcm::DataSet &group, const gdcm::Tag &sequence, const gdcm::Tag &tag, int count, double *numbers)
 {
-    const gdcm::SmartPointer<gdcm::SequenceOfItems> items = group.FindDataElement(sequence) ? group.GetDataElement(sequence).GetValueAsSQ() : nullptr;
+    const gdcm::SmartPointer<gdcm::SequenceOfItems> items =
+        group.FindDataElement(sequence) ? group.GetDataElement(sequence).GetValueAsSQ() : nullptr;
     if (!items || items->GetNumberOfItems() == 0) {
         return false;
     }
@@ -381,14 +384,15 @@ bool look_at_distances(const std::vector<slice> &slices, struct volume *volume, 
             return volume_error(error, "%.100s and %.100s lie at one place: times or echoes in one series?", before, after);
         }
         if (std::fabs(steps[k] - usual) > bearable * usual) {
-            return volume_error(error, "slices are missing: %.80s and %.80s lie %.4g mm apart, others %.4g mm", before, after, steps[k], usual);
+            return volume_error(error, "slices are missing: %.80s and %.80s lie %.4g mm apart, others %.4g mm", before, after, steps[k],
+                                usual);
         }
         irregular = irregular || std::fabs(steps[k] - usual) > regular * usual;
     }
     for (size_t k = 1; k + 1 < slices.size(); ++k) {
         if (off_line(slices, k) > bearable * usual) {
-            return volume_error(error, "%.100s lies %.4g mm off the line from the first slice to the last: shifted sideways?", slices[k].file.c_str(),
-                                off_line(slices, k));
+            return volume_error(error, "%.100s lies %.4g mm off the line from the first slice to the last: shifted sideways?",
+                                slices[k].file.c_str(), off_line(slices, k));
         }
         irregular = irregular || off_line(slices, k) > regular * usual;
     }

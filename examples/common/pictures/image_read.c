@@ -85,7 +85,8 @@ void byte_image_sample(const struct byte_image *image, const float uv[2], float 
     float s, t;
     const int x = texel(uv[0], image->width, &s), y = texel(uv[1], image->height, &t);
     const int x1 = (x + 1) % image->width, y1 = (y + 1) % image->height;
-    const unsigned char *row = image->rgb + 3 * (size_t)y * (size_t)image->width, *row1 = image->rgb + 3 * (size_t)y1 * (size_t)image->width;
+    const unsigned char *row = image->rgb + 3 * (size_t)y * (size_t)image->width,
+                        *row1 = image->rgb + 3 * (size_t)y1 * (size_t)image->width;
     for (int k = 0; k < 3; ++k) {
         const float top = (1.0f - s) * ((float)row[3 * x + k] / 255.0f) + s * ((float)row[3 * x1 + k] / 255.0f);
         const float bottom = (1.0f - s) * ((float)row1[3 * x + k] / 255.0f) + s * ((float)row1[3 * x1 + k] / 255.0f);

@@ -579,8 +579,8 @@ static void match_shading(struct demons *d, const struct relation *line)
     for (size_t n = 0; n < d->total; ++n) {
         int place[3];
         volume_place(d->dims, n, place);
-        d->moving[n] = relation_unshade((const double *)shading, d->dims, (const float[3]){(float)place[0], (float)place[1], (float)place[2]},
-                                        d->moving[n]);
+        d->moving[n] = relation_unshade((const double *)shading, d->dims,
+                                        (const float[3]){(float)place[0], (float)place[1], (float)place[2]}, d->moving[n]);
     }
 }
 

@@ -69,9 +69,9 @@ struct registration {
     int level_count;                     /* levels[0] is the finest */
 };
 
-/* Registers two images. A voxel that is NaN has no data: it takes no part. start: a registration of the same fixed image whose velocity is the first guess, or NULL. Returns
- * false with an empty *result if memory is short, an image is constant or flat, or the two do not overlap, with the reason in
- * `error`. */
+/* Registers two images. A voxel that is NaN has no data: it takes no part. start: a registration of the same fixed image whose velocity is
+ * the first guess, or NULL. Returns false with an empty *result if memory is short, an image is constant or flat, or the two do not
+ * overlap, with the reason in `error`. */
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT]);
 void registration_free(struct registration *registration);
@@ -93,7 +93,8 @@ struct register_window {
 bool register_window_of(const struct volume *image, struct register_window *window);
 
 /* Finds the map from the world of `fixed` to that of `moving` at which the alignment begins (register_start.c): affine, relation,
- * headers_apart and mirrored of *result. *overlap: false where no candidate lays enough of the images on each other. Values as for register_affine. Returns false if memory is short. */
+ * headers_apart and mirrored of *result. *overlap: false where no candidate lays enough of the images on each other. Values as for
+ * register_affine. Returns false if memory is short. */
 bool register_find_start(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
                          struct registration *result, bool *overlap);
 

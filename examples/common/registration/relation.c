@@ -318,8 +318,8 @@ static void place_of_pair(const int dims[3], const float *u, size_t n, float ind
 }
 
 /* Adds the weighted products of all pairs: of the functions with each other and with a. */
-static void add_shading(const float *a, const float *b, const int dims[3], const float *u, const double shading[RELATION_SHADING], double scale,
-                        double matrix[RELATION_SHADING * RELATION_SHADING], double right[RELATION_SHADING])
+static void add_shading(const float *a, const float *b, const int dims[3], const float *u, const double shading[RELATION_SHADING],
+                        double scale, double matrix[RELATION_SHADING * RELATION_SHADING], double right[RELATION_SHADING])
 {
     enum { N = RELATION_SHADING };
     const size_t count = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
@@ -394,7 +394,8 @@ double relation_mutual_information(const float *a, const float *b, size_t count)
     }
     for (size_t n = 0; n < count; ++n) {
         if (both_known(a[n], b[n])) {
-            const int i = (int)((float)N * (a[n] - low[0]) / (high[0] - low[0])), j = (int)((float)N * (b[n] - low[1]) / (high[1] - low[1]));
+            const int i = (int)((float)N * (a[n] - low[0]) / (high[0] - low[0])),
+                      j = (int)((float)N * (b[n] - low[1]) / (high[1] - low[1]));
             joint[i < N ? i : N - 1][j < N ? j : N - 1] += 1.0;
             total += 1.0;
         }

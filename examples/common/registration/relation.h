@@ -42,9 +42,9 @@ void relation_apply(const struct relation *relation, float *values, size_t count
  * a, b: one value a voxel of a grid. */
 double relation_shading(const float *a, const float *b, const int dims[3]);
 
-/* Fits a = sum of shading[i] times functions of b and of its place, up to the second order in space: a gain and an offset that change slowly.
- * Pairs weigh less the farther they are from it, as in relation_fit. u: where b's values lie, as voxels from those of the grid, 3 a voxel.
- * line: the relation to begin with. Returns false where the pairs do not determine it. */
+/* Fits a = sum of shading[i] times functions of b and of its place, up to the second order in space: a gain and an offset that change
+ * slowly. Pairs weigh less the farther they are from it, as in relation_fit. u: where b's values lie, as voxels from those of the grid, 3 a
+ * voxel. line: the relation to begin with. Returns false where the pairs do not determine it. */
 enum { RELATION_SHADING = 20 };
 bool relation_fit_shading(const float *a, const float *b, const int dims[3], const float *u, const struct relation *line,
                           double shading[RELATION_SHADING]);

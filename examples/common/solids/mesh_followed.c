@@ -119,7 +119,8 @@ void mesh_followed_text(const struct mesh_followed *followed, char *text, size_t
     if (r->triangles_dropped) {
         SAY(", %d triangles dropped", r->triangles_dropped);
     }
-    SAY("; the model has %d bod%s, follows %.1f %% of the area", followed->bodies, followed->bodies == 1 ? "y" : "ies", 100.0 * followed->area);
+    SAY("; the model has %d bod%s, follows %.1f %% of the area", followed->bodies, followed->bodies == 1 ? "y" : "ies",
+        100.0 * followed->area);
     if (followed->within >= 0.0005) {
         SAY(", covers %.1f %%", 100.0 * followed->within);
     }

@@ -12,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-int solid_contouring(const char *program, const char *params_name, const char *set, springls_params *params, springls_contouring *contouring)
+int solid_contouring(const char *program, const char *params_name, const char *set, springls_params *params,
+                     springls_contouring *contouring)
 {
     springls_params chosen = *params;
     chosen.contouring = strcmp(params_name, "paper") == 0 ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;

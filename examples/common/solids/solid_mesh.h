@@ -6,9 +6,11 @@
 
 #include <stdbool.h>
 
-/* Chooses what a mesh shows: what the springls hold, which have sharp edges, unless the paper's set or --set (NULL: none) have it otherwise.
- * `params` are given the zero level: a model works with that until its mesh is extracted. Returns CLI_CONTINUE, or what main returns. */
-int solid_contouring(const char *program, const char *params_name, const char *set, springls_params *params, springls_contouring *contouring);
+/* Chooses what a mesh shows: what the springls hold, which have sharp edges, unless the paper's set or --set (NULL: none) have it
+ * otherwise. `params` are given the zero level: a model works with that until its mesh is extracted. Returns CLI_CONTINUE, or what main
+ * returns. */
+int solid_contouring(const char *program, const char *params_name, const char *set, springls_params *params,
+                     springls_contouring *contouring);
 
 /* Extracts a model's surface as `contouring` has it, without what such a surface has left of sheets: closed parts that enclose less than
  * `smallest` world units^3, and less than a thousandth of what the largest one does. dropped: how many (NULL: not wanted). The model has

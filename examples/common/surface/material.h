@@ -45,8 +45,8 @@ static inline float color_linear(float display) { return powf(fmaxf(0.0f, fminf(
 
 /* Computes the color of a place, as display values: of the image (NULL: none) at its texture coordinates, times the base color and the
  * color of the vertices around. */
-static inline void material_color(const struct material *material, const struct byte_image *image, const float uv[2], const float vertices[3],
-                                  float color[3])
+static inline void material_color(const struct material *material, const struct byte_image *image, const float uv[2],
+                                  const float vertices[3], float color[3])
 {
     float texture[3] = {1.0f, 1.0f, 1.0f};
     if (image && image->rgb) {

@@ -248,7 +248,9 @@ static void ply_take(struct local *f, const struct ply_property *p, double value
         if (strcmp(p->name, places[k]) == 0) {
             f->places[3 * f->vertex_count + k] = value;
         } else if (strcmp(p->name, colors[k]) == 0 && f->colors) {
-            f->colors[3 * f->vertex_count + k] = (float)(p->type == PLY_UCHAR ? value / 255.0 : p->type == PLY_USHORT ? value / 65535.0 : value);
+            f->colors[3 * f->vertex_count + k] = (float)(p->type == PLY_UCHAR        ? value / 255.0
+                                                             : p->type == PLY_USHORT ? value / 65535.0
+                                                                                     : value);
         }
     }
 }
@@ -360,7 +362,8 @@ static bool join(const struct local *f, uint32_t *first)
     sort_places = f->places;
     qsort(order, f->vertex_count, sizeof *order, compare_places);
     for (size_t i = 0; i < f->vertex_count; ++i) {
-        const bool same = i > 0 && memcmp(f->places + 3 * (size_t)order[i], f->places + 3 * (size_t)order[i - 1], 3 * sizeof *f->places) == 0;
+        const bool same =
+            i > 0 && memcmp(f->places + 3 * (size_t)order[i], f->places + 3 * (size_t)order[i - 1], 3 * sizeof *f->places) == 0;
         first[order[i]] = same ? first[order[i - 1]] : order[i];
     }
     free(order);

@@ -75,7 +75,8 @@ static bool read_off_counts(struct header *h, const char *behind, double count[2
     return count[0] >= 0.0 && count[1] >= 0.0;
 }
 
-/* Returns whether as many vertices and faces follow as the counts behind the first word promise. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that do not exist. */
+/* Returns whether as many vertices and faces follow as the counts behind the first word promise. assimp reads beyond the end of a file in
+   which lines are missing, and takes other vertices for those that do not exist. */
 static bool off_is_whole(struct header *h, const char *behind)
 {
     double count[2];

@@ -1,5 +1,5 @@
-// run.js node|browser: runs check.js here, or in headless Chromium in a page that this serves from the folder it is in. Prints its lines; the
-// status is 0 when none failed.
+// run.js node|browser: runs check.js here, or in headless Chromium in a page that this serves from the folder it is in. Prints its lines;
+// the status is 0 when none failed.
 import {spawn} from 'node:child_process';
 import {readFile} from 'node:fs/promises';
 import {createServer} from 'node:http';
@@ -42,7 +42,8 @@ function serve(then) {
 async function inBrowser() {
   let browser;
   const lines = await serve(port => {
-    browser = spawn('chromium-headless-shell', ['--no-sandbox', '--remote-debugging-port=0', `http://127.0.0.1:${port}/`], {stdio: 'ignore'});
+    browser = spawn('chromium-headless-shell', ['--no-sandbox', '--remote-debugging-port=0', `http://127.0.0.1:${port}/`],
+      {stdio: 'ignore'});
   });
   browser.kill();
   return lines;
