@@ -8058,19 +8058,99 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
+/* ---- parts that phi has lost ---- */
+
+#define SPRINGLS__MOST_LINKED 128 /* springls of a part: larger ones are not looked for */
+
+/* Springls that hang together: the neighbors of the first `expanded` of them are there too. */
+typedef struct springls__linked_part {
+    int at[SPRINGLS__MOST_LINKED], count, expanded;
+} springls__linked_part;
+
+/* Adds a springl, unless it is there; returns false when there is no room. */
+SPRINGLS__MATHS bool springls__link_springl(springls__linked_part *part, int i)
+{
+    int k;
+    for (k = 0; k < part->count; k++)
+        if (part->at[k] == i) return true;
+    if (part->count == SPRINGLS__MOST_LINKED) return false;
+    part->at[part->count++] = i;
+    return true;
+}
+
+/* Adds the springls beside the last one and behind it, but not those across a gap; returns false when there is no room. From the last
+   one a part grows straight on: a large one has no more room soon. */
+SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, springls__linked_part *part)
+{
+    const float r = 1.6f; /* voxels */
+    const int i = part->at[part->count - 1];
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other;
+    part->at[part->count - 1] = part->at[part->expanded];
+    part->at[part->expanded++] = i;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p);
+        if (springls__length2(d) > r * r || springls__across_gap(d, n, springls__springl_normal(model->set.s[other]))) continue;
+        if (!springls__link_springl(part, other)) return false;
+    }
+    return true;
+}
+
+/* Returns true when a whole part is smaller than min_component: by the volume behind its triangles, or because samples, which know
+   the surface to half a voxel on each side, cannot show that it is not. */
+SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)
+{
+    const float ball = 0.523598776f; /* pi / 6 */
+    const springls__v3 tip = model->set.s[part->at[0]].p;
+    springls__box box = springls__box_empty();
+    springls__v3 size;
+    float volume = 0.0f, width;
+    int k;
+    for (k = 0; k < part->count; k++) {
+        const springls__springl s = model->set.s[part->at[k]];
+        box = springls__box_add(box, s.p);
+        volume += springls__dot(springls__sub(s.p, tip), springls__tri_area2(springls__springl_tri(s))) / 6.0f;
+    }
+    size = springls__sub(box.upper, box.lower);
+    width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);
+    return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
+}
+
+/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */
+SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)
+{
+    springls__linked_part part;
+    if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;
+    part.at[0] = i;
+    part.count = 1;
+    part.expanded = 0;
+    while (part.expanded < part.count)
+        if (!springls__link_neighbors(model, &part)) return false;
+    return springls__is_small_part(model, &part);
+}
+
+/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that
+   phi has lost is none. */
+SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)
+{
+    if (!model->params.keep_thin) return false;
+    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool thin = model->params.keep_thin != 0, buried, distant;
+    bool buried, distant;
     *action = SPRINGLS__KEEP;
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
-        && !springls__in_another_body(model, i))
+    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -41136,19 +41216,99 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
+    "/* ---- parts that phi has lost ---- */\n",
+    "\n",
+    "#define SPRINGLS__MOST_LINKED 128 /* springls of a part: larger ones are not looked for */\n",
+    "\n",
+    "/* Springls that hang together: the neighbors of the first `expanded` of them are there too. */\n",
+    "typedef struct springls__linked_part {\n",
+    "    int at[SPRINGLS__MOST_LINKED], count, expanded;\n",
+    "} springls__linked_part;\n",
+    "\n",
+    "/* Adds a springl, unless it is there; returns false when there is no room. */\n",
+    "SPRINGLS__MATHS bool springls__link_springl(springls__linked_part *part, int i)\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = 0; k < part->count; k++)\n",
+    "        if (part->at[k] == i) return true;\n",
+    "    if (part->count == SPRINGLS__MOST_LINKED) return false;\n",
+    "    part->at[part->count++] = i;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Adds the springls beside the last one and behind it, but not those across a gap; returns false when there is no room. From the last\n",
+    "   one a part grows straight on: a large one has no more room soon. */\n",
+    "SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, springls__linked_part *part)\n",
+    "{\n",
+    "    const float r = 1.6f; /* voxels */\n",
+    "    const int i = part->at[part->count - 1];\n",
+    "    const springls__springl s = model->set.s[i];\n",
+    "    const springls__v3 n = springls__springl_normal(s);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    int other;\n",
+    "    part->at[part->count - 1] = part->at[part->expanded];\n",
+    "    part->at[part->expanded++] = i;\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, s.p);\n",
+    "        if (springls__length2(d) > r * r || springls__across_gap(d, n, springls__springl_normal(model->set.s[other]))) continue;\n",
+    "        if (!springls__link_springl(part, other)) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a whole part is smaller than min_component: by the volume behind its triangles, or because samples, which know\n",
+    "   the surface to half a voxel on each side, cannot show that it is not. */\n",
+    "SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)\n",
+    "{\n",
+    "    const float ball = 0.523598776f; /* pi / 6 */\n",
+    "    const springls__v3 tip = model->set.s[part->at[0]].p;\n",
+    "    springls__box box = springls__box_empty();\n",
+    "    springls__v3 size;\n",
+    "    float volume = 0.0f, width;\n",
+    "    int k;\n",
+    "    for (k = 0; k < part->count; k++) {\n",
+    "        const springls__springl s = model->set.s[part->at[k]];\n",
+    "        box = springls__box_add(box, s.p);\n",
+    "        volume += springls__dot(springls__sub(s.p, tip), springls__tri_area2(springls__springl_tri(s))) / 6.0f;\n",
+    "    }\n",
+    "    size = springls__sub(box.upper, box.lower);\n",
+    "    width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);\n",
+    "    return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */\n",
+    "SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)\n",
+    "{\n",
+    "    springls__linked_part part;\n",
+    "    if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;\n",
+    "    part.at[0] = i;\n",
+    "    part.count = 1;\n",
+    "    part.expanded = 0;\n",
+    "    while (part.expanded < part.count)\n",
+    "        if (!springls__link_neighbors(model, &part)) return false;\n",
+    "    return springls__is_small_part(model, &part);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that\n",
+    "   phi has lost is none. */\n",
+    "SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)\n",
+    "{\n",
+    "    if (!model->params.keep_thin) return false;\n",
+    "    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);\n",
+    "}\n",
+    "\n",
     "/* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    springls__springl s = model->set.s[i];\n",
     "    springls__tri t = springls__springl_tri(s);\n",
-    "    bool thin = model->params.keep_thin != 0, buried, distant;\n",
+    "    bool buried, distant;\n",
     "    *action = SPRINGLS__KEEP;\n",
     "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))\n",
-    "        && !springls__in_another_body(model, i))\n",
+    "    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -41218,7 +41378,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8145 \"springls.h\"\n",
+    "#line 8225 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41248,7 +41408,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8175 \"springls.h\"\n",
+    "#line 8255 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41263,7 +41423,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8191 \"springls.h\"\n",
+    "#line 8271 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41432,7 +41592,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8360 \"springls.h\"\n",
+    "#line 8440 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41447,7 +41607,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8375 \"springls.h\"\n",
+    "#line 8455 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41616,7 +41776,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8544 \"springls.h\"\n",
+    "#line 8624 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41670,7 +41830,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8599 \"springls.h\"\n",
+    "#line 8679 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41696,7 +41856,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8625 \"springls.h\"\n",
+    "#line 8705 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41711,7 +41871,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8641 \"springls.h\"\n",
+    "#line 8721 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41794,7 +41954,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8724 \"springls.h\"\n",
+    "#line 8804 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41809,7 +41969,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8739 \"springls.h\"\n",
+    "#line 8819 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41892,7 +42052,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8822 \"springls.h\"\n",
+    "#line 8902 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -41966,7 +42126,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8897 \"springls.h\"\n",
+    "#line 8977 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42520,7 +42680,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9452 \"springls.h\"\n",
+    "#line 9532 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42616,7 +42776,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9549 \"springls.h\"\n",
+    "#line 9629 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42737,7 +42897,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9671 \"springls.h\"\n",
+    "#line 9751 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43018,7 +43178,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9953 \"springls.h\"\n",
+    "#line 10033 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43104,7 +43264,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10040 \"springls.h\"\n",
+    "#line 10120 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43247,7 +43407,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10184 \"springls.h\"\n",
+    "#line 10264 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43436,7 +43596,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10374 \"springls.h\"\n",
+    "#line 10454 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43561,7 +43721,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10500 \"springls.h\"\n",
+    "#line 10580 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43595,7 +43755,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10535 \"springls.h\"\n",
+    "#line 10615 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44133,7 +44293,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11074 \"springls.h\"\n",
+    "#line 11154 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44283,7 +44443,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11225 \"springls.h\"\n",
+    "#line 11305 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44361,7 +44521,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11304 \"springls.h\"\n",
+    "#line 11384 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44610,7 +44770,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11554 \"springls.h\"\n",
+    "#line 11634 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -44835,7 +44995,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11780 \"springls.h\"\n",
+    "#line 11860 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -44939,7 +45099,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11885 \"springls.h\"\n",
+    "#line 11965 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45036,7 +45196,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 11983 \"springls.h\"\n",
+    "#line 12063 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45574,7 +45734,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12522 \"springls.h\"\n",
+    "#line 12602 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45607,7 +45767,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12556 \"springls.h\"\n",
+    "#line 12636 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45632,14 +45792,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12582 \"springls.h\"\n",
+    "#line 12662 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12589 \"springls.h\"\n",
+    "#line 12669 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45654,7 +45814,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12605 \"springls.h\"\n",
+    "#line 12685 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45780,7 +45940,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12731 \"springls.h\"\n",
+    "#line 12811 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45795,7 +45955,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12746 \"springls.h\"\n",
+    "#line 12826 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45921,7 +46081,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12873 \"springls.h\"\n",
+    "#line 12953 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46213,7 +46373,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13166 \"springls.h\"\n",
+    "#line 13246 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46348,7 +46508,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17887 \"springls.h\"\n",
+    "#line 17967 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47458,7 +47618,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 18998 \"springls.h\"\n",
+    "#line 19078 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48085,7 +48245,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19626 \"springls.h\"\n",
+    "#line 19706 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48682,7 +48842,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48686 \"springls.h\"\n",
+    "#line 48846 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

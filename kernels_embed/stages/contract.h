@@ -154,19 +154,99 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
+/* ---- parts that phi has lost ---- */
+
+#define SPRINGLS__MOST_LINKED 128 /* springls of a part: larger ones are not looked for */
+
+/* Springls that hang together: the neighbors of the first `expanded` of them are there too. */
+typedef struct springls__linked_part {
+    int at[SPRINGLS__MOST_LINKED], count, expanded;
+} springls__linked_part;
+
+/* Adds a springl, unless it is there; returns false when there is no room. */
+SPRINGLS__MATHS bool springls__link_springl(springls__linked_part *part, int i)
+{
+    int k;
+    for (k = 0; k < part->count; k++)
+        if (part->at[k] == i) return true;
+    if (part->count == SPRINGLS__MOST_LINKED) return false;
+    part->at[part->count++] = i;
+    return true;
+}
+
+/* Adds the springls beside the last one and behind it, but not those across a gap; returns false when there is no room. From the last
+   one a part grows straight on: a large one has no more room soon. */
+SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, springls__linked_part *part)
+{
+    const float r = 1.6f; /* voxels */
+    const int i = part->at[part->count - 1];
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    int other;
+    part->at[part->count - 1] = part->at[part->expanded];
+    part->at[part->expanded++] = i;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s.p);
+        if (springls__length2(d) > r * r || springls__across_gap(d, n, springls__springl_normal(model->set.s[other]))) continue;
+        if (!springls__link_springl(part, other)) return false;
+    }
+    return true;
+}
+
+/* Returns true when a whole part is smaller than min_component: by the volume behind its triangles, or because samples, which know
+   the surface to half a voxel on each side, cannot show that it is not. */
+SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)
+{
+    const float ball = 0.523598776f; /* pi / 6 */
+    const springls__v3 tip = model->set.s[part->at[0]].p;
+    springls__box box = springls__box_empty();
+    springls__v3 size;
+    float volume = 0.0f, width;
+    int k;
+    for (k = 0; k < part->count; k++) {
+        const springls__springl s = model->set.s[part->at[k]];
+        box = springls__box_add(box, s.p);
+        volume += springls__dot(springls__sub(s.p, tip), springls__tri_area2(springls__springl_tri(s))) / 6.0f;
+    }
+    size = springls__sub(box.upper, box.lower);
+    width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);
+    return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
+}
+
+/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */
+SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)
+{
+    springls__linked_part part;
+    if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;
+    part.at[0] = i;
+    part.count = 1;
+    part.expanded = 0;
+    while (part.expanded < part.count)
+        if (!springls__link_neighbors(model, &part)) return false;
+    return springls__is_small_part(model, &part);
+}
+
+/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that
+   phi has lost is none. */
+SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)
+{
+    if (!model->params.keep_thin) return false;
+    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);
+}
+
 /* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     springls__springl s = model->set.s[i];
     springls__tri t = springls__springl_tri(s);
-    bool thin = model->params.keep_thin != 0, buried, distant;
+    bool buried, distant;
     *action = SPRINGLS__KEEP;
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if ((buried || (distant && !(thin && springls__on_thin_sheet(model, i)))) && !(thin && springls__at_gap(model, i))
-        && !springls__in_another_body(model, i))
+    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;

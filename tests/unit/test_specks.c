@@ -157,8 +157,51 @@ TEST thin_parts_are_removed(float radius, int stays)
     PASS();
 }
 
+/* Returns how many springls lie beyond x. */
+static int springls_beyond(springls_context *ctx, float x)
+{
+    const springls_view v = springls_view_particles(ctx);
+    int i, n = 0;
+    for (i = 0; i < v.count; i++) n += *(const float *)((const char *)v.data + (size_t)i * v.stride) > x;
+    return n;
+}
+
+/* A drop, and a body far from it. */
+static void drop_and_body(void *user, const float *points, int count, float *out)
+{
+    const double radius = (double)*(const float *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3) {
+        const d3 x = d3_make((double)points[0], (double)points[1], (double)points[2]);
+        out[i] = (float)fmin(d3_distance(x, d3_make(12.0, 16.0, 16.0)) - 6.0, d3_distance(x, d3_make(24.0, 16.0, 16.0)) - radius);
+    }
+}
+
+/* Springls do not keep what phi has lost, unless it is a sheet: a drop or a thread goes from both. */
+TEST springls_of_removed_parts_go(springls_implicit_fn shape, float radius, float min_component)
+{
+    const float beyond = 19.0f;
+    springls_params params = springls_default_params();
+    springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_context *ctx;
+    int i;
+    params.min_component = min_component;
+    ctx = fixture_context(SIZE, &params);
+    ASSERT_OK(springls_set_implicit(ctx, shape, &radius));
+    ASSERT_GT(springls_count(ctx), springls_beyond(ctx, beyond));
+    for (i = 0; i < 2 * params.resample_period; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_GT(springls_count(ctx), 0);
+    ASSERT_EQ(0, shape == drop_and_body ? springls_beyond(ctx, beyond) : springls_count(ctx) - springls_beyond(ctx, beyond));
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(parts)
 {
+    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 0.7f, 1.0f);
+    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 0.9f, 1.0f);
+    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 1.1f, 8.0f);
+    RUN_TESTp(springls_of_removed_parts_go, thread_and_ball, 0.1f, 1.0f);
     RUN_TESTp(thin_parts_are_removed, 0.1f, 0);
     RUN_TESTp(thin_parts_are_removed, 0.4f, 1);
     RUN_TESTp(parts_are_measured, 0);
