@@ -194,21 +194,25 @@ SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, spri
     return true;
 }
 
-/* Returns true when a whole part is smaller than min_component: by the volume behind its triangles, or because samples, which know
-   the surface to half a voxel on each side, cannot show that it is not. */
+/* Returns true when a whole part is closed, and smaller than min_component: by the volume behind its triangles, or because samples,
+   which know the surface to half a voxel on each side, cannot show that it is not. */
 SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)
 {
-    const float ball = 0.523598776f; /* pi / 6 */
+    const float ball = 0.523598776f, open = 0.5f; /* pi / 6; share of the area that faces one way */
     const springls__v3 tip = model->set.s[part->at[0]].p;
     springls__box box = springls__box_empty();
-    springls__v3 size;
-    float volume = 0.0f, width;
+    springls__v3 size, facing = springls__v3_make(0.0f, 0.0f, 0.0f);
+    float volume = 0.0f, area = 0.0f, width;
     int k;
     for (k = 0; k < part->count; k++) {
         const springls__springl s = model->set.s[part->at[k]];
+        const springls__v3 area2 = springls__tri_area2(springls__springl_tri(s));
         box = springls__box_add(box, s.p);
-        volume += springls__dot(springls__sub(s.p, tip), springls__tri_area2(springls__springl_tri(s))) / 6.0f;
+        facing = springls__add(facing, area2);
+        area += springls__length(area2);
+        volume += springls__dot(springls__sub(s.p, tip), area2) / 6.0f;
     }
+    if (springls__length(facing) > open * area) return false;
     size = springls__sub(box.upper, box.lower);
     width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);
     return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
