@@ -558,7 +558,10 @@
    ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
-   Not there yet: backends, windows and combinations of whole tilings.
+   With a backend each body makes its own step on the device, one body after the other, and the walls are the host's: for a few large
+   bodies rather than many.
+
+   Not there yet: windows and combinations of whole tilings.
 
    A WORLD WITHOUT WALLS
 
@@ -2331,10 +2334,10 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 typedef struct springls_tiling springls_tiling;
 
 #ifndef SPRINGLS_NO_TILINGS
-/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
-   zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
-   from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
-   on it. On failure *out is NULL, and the logger has the reason. */
+/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; follow and window have to be zero;
+   progress and trace are not called. Where tasks are given, and no backend, bodies are worked on side by side: allocator and logger are
+   then called from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. With a
+   backend bodies take turns on it, and walls are worked on on the host. Results do not depend on either. On failure *out is NULL, and the logger has the reason. */
 SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out);
 
 /* Frees the tiling and all of its bodies; NULL is allowed. */
@@ -2468,8 +2471,8 @@ typedef struct springls_tiling_report {
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
    that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
    report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
-   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling
-   is as before the step, and so is what is held. */
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. DEVICE_FAILED: bodies that met
+   this failure go on without the device. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
@@ -24769,14 +24772,21 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     return SPRINGLS_OK;
 }
 
-/* Creates an empty model with the grid, the parameters and the allocator of this one, without a device. call: for the error. */
-SPRINGLS__FN springls_status springls__create_alike(springls_context *ctx, const char *call, springls_context **out)
+/* Creates an empty model with the grid, the parameters and the allocator of this one, on a backend of its own. call: for the error. */
+SPRINGLS__FN springls_status springls__create_alike_on(springls_context *ctx, const char *call, springls_backend *backend,
+                                                       springls_context **out)
 {
     springls_desc desc = ctx->desc;
     desc.params = &ctx->model.params;
-    desc.backend = NULL;
+    desc.backend = backend;
     if (springls_create(&desc, out) == SPRINGLS_OK) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "%s: out of memory", call);
+}
+
+/* The same without a device. */
+SPRINGLS__FN springls_status springls__create_alike(springls_context *ctx, const char *call, springls_context **out)
+{
+    return springls__create_alike_on(ctx, call, NULL, out);
 }
 
 SPRINGLS_API void springls_destroy(springls_context *ctx)
@@ -36423,7 +36433,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1249 \"springls.h\"\n",
+    "#line 1252 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -36537,7 +36547,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2736 \"springls.h\"\n",
+    "#line 2739 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -36653,7 +36663,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2853 \"springls.h\"\n",
+    "#line 2856 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -36675,7 +36685,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2876 \"springls.h\"\n",
+    "#line 2879 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36690,7 +36700,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2892 \"springls.h\"\n",
+    "#line 2895 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -36814,7 +36824,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3016 \"springls.h\"\n",
+    "#line 3019 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -36884,7 +36894,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3087 \"springls.h\"\n",
+    "#line 3090 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37104,7 +37114,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3308 \"springls.h\"\n",
+    "#line 3311 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37119,7 +37129,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3323 \"springls.h\"\n",
+    "#line 3326 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37243,14 +37253,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3447 \"springls.h\"\n",
+    "#line 3450 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3455 \"springls.h\"\n",
+    "#line 3458 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37376,7 +37386,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3582 \"springls.h\"\n",
+    "#line 3585 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37431,7 +37441,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3638 \"springls.h\"\n",
+    "#line 3641 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -37520,7 +37530,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3728 \"springls.h\"\n",
+    "#line 3731 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -37532,7 +37542,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3740 \"springls.h\"\n",
+    "#line 3743 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37547,7 +37557,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3756 \"springls.h\"\n",
+    "#line 3759 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37623,7 +37633,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3832 \"springls.h\"\n",
+    "#line 3835 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37638,7 +37648,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3847 \"springls.h\"\n",
+    "#line 3850 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37714,7 +37724,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3923 \"springls.h\"\n",
+    "#line 3926 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -37793,7 +37803,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4002 \"springls.h\"\n",
+    "#line 4005 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37808,7 +37818,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4018 \"springls.h\"\n",
+    "#line 4021 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37875,7 +37885,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4085 \"springls.h\"\n",
+    "#line 4088 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37890,7 +37900,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4100 \"springls.h\"\n",
+    "#line 4103 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -37957,7 +37967,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4168 \"springls.h\"\n",
+    "#line 4171 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38343,7 +38353,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4555 \"springls.h\"\n",
+    "#line 4558 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39052,7 +39062,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5265 \"springls.h\"\n",
+    "#line 5268 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39312,7 +39322,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5526 \"springls.h\"\n",
+    "#line 5529 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -39514,7 +39524,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5729 \"springls.h\"\n",
+    "#line 5732 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -39631,7 +39641,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5847 \"springls.h\"\n",
+    "#line 5850 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -39828,7 +39838,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6044 \"springls.h\"\n",
+    "#line 6047 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -39843,7 +39853,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6060 \"springls.h\"\n",
+    "#line 6063 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40037,7 +40047,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6254 \"springls.h\"\n",
+    "#line 6257 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40052,7 +40062,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6269 \"springls.h\"\n",
+    "#line 6272 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40246,7 +40256,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7082 \"springls.h\"\n",
+    "#line 7085 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40646,7 +40656,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7485 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40661,7 +40671,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7498 \"springls.h\"\n",
+    "#line 7501 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40690,7 +40700,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7527 \"springls.h\"\n",
+    "#line 7530 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40705,7 +40715,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7542 \"springls.h\"\n",
+    "#line 7545 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40734,10 +40744,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7572 \"springls.h\"\n",
+    "#line 7575 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7576 \"springls.h\"\n",
+    "#line 7579 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40825,7 +40835,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7665 \"springls.h\"\n",
+    "#line 7668 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40965,7 +40975,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7806 \"springls.h\"\n",
+    "#line 7809 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41070,7 +41080,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7912 \"springls.h\"\n",
+    "#line 7915 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41386,7 +41396,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8229 \"springls.h\"\n",
+    "#line 8232 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41416,7 +41426,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8259 \"springls.h\"\n",
+    "#line 8262 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41431,7 +41441,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8275 \"springls.h\"\n",
+    "#line 8278 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41600,7 +41610,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8444 \"springls.h\"\n",
+    "#line 8447 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41615,7 +41625,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8459 \"springls.h\"\n",
+    "#line 8462 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41784,7 +41794,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8628 \"springls.h\"\n",
+    "#line 8631 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41838,7 +41848,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8683 \"springls.h\"\n",
+    "#line 8686 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41864,7 +41874,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8709 \"springls.h\"\n",
+    "#line 8712 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41879,7 +41889,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8725 \"springls.h\"\n",
+    "#line 8728 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41962,7 +41972,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8808 \"springls.h\"\n",
+    "#line 8811 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41977,7 +41987,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8823 \"springls.h\"\n",
+    "#line 8826 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42060,7 +42070,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8906 \"springls.h\"\n",
+    "#line 8909 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42134,7 +42144,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8981 \"springls.h\"\n",
+    "#line 8984 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42688,7 +42698,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9536 \"springls.h\"\n",
+    "#line 9539 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42784,7 +42794,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9633 \"springls.h\"\n",
+    "#line 9636 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42905,7 +42915,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9755 \"springls.h\"\n",
+    "#line 9758 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43186,7 +43196,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10037 \"springls.h\"\n",
+    "#line 10040 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43272,7 +43282,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10124 \"springls.h\"\n",
+    "#line 10127 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43415,7 +43425,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10268 \"springls.h\"\n",
+    "#line 10271 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43604,7 +43614,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10458 \"springls.h\"\n",
+    "#line 10461 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43729,7 +43739,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10584 \"springls.h\"\n",
+    "#line 10587 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43763,7 +43773,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10619 \"springls.h\"\n",
+    "#line 10622 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44301,7 +44311,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11158 \"springls.h\"\n",
+    "#line 11161 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44451,7 +44461,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11309 \"springls.h\"\n",
+    "#line 11312 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44529,7 +44539,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11388 \"springls.h\"\n",
+    "#line 11391 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44778,7 +44788,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11638 \"springls.h\"\n",
+    "#line 11641 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45003,7 +45013,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11864 \"springls.h\"\n",
+    "#line 11867 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45107,7 +45117,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11969 \"springls.h\"\n",
+    "#line 11972 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45204,7 +45214,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12067 \"springls.h\"\n",
+    "#line 12070 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45742,7 +45752,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12606 \"springls.h\"\n",
+    "#line 12609 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45775,7 +45785,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12640 \"springls.h\"\n",
+    "#line 12643 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45800,14 +45810,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12666 \"springls.h\"\n",
+    "#line 12669 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12673 \"springls.h\"\n",
+    "#line 12676 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45822,7 +45832,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12689 \"springls.h\"\n",
+    "#line 12692 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45948,7 +45958,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12815 \"springls.h\"\n",
+    "#line 12818 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45963,7 +45973,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12830 \"springls.h\"\n",
+    "#line 12833 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46089,7 +46099,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12957 \"springls.h\"\n",
+    "#line 12960 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46381,7 +46391,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13250 \"springls.h\"\n",
+    "#line 13253 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46516,7 +46526,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17971 \"springls.h\"\n",
+    "#line 17974 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47626,7 +47636,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19082 \"springls.h\"\n",
+    "#line 19085 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48253,7 +48263,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19710 \"springls.h\"\n",
+    "#line 19713 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48850,7 +48860,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48854 \"springls.h\"\n",
+    "#line 48864 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -51910,6 +51920,7 @@ typedef struct springls__tiling_body {
 
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
+    springls_backend *backend; /* of all bodies, one after the other; NULL: they are worked on side by side, on threads */
     springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
@@ -51975,7 +51986,7 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
                                                    springls__tiling_body *body)
 {
     memset(body, 0, sizeof *body);
-    SPRINGLS__TRY(springls__create_alike(tiling->host, call, &body->ctx));
+    SPRINGLS__TRY(springls__create_alike_on(tiling->host, call, tiling->backend, &body->ctx));
     body->label = label;
     body->sign = label == 0 ? -1.0f : 1.0f;
     return SPRINGLS_OK;
@@ -52054,7 +52065,7 @@ SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
     return tiling->facing_known;
 }
 
-/* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
+/* A loop over bodies, each by itself on any thread, or with a backend on the caller's; the status of each is in body->status. */
 typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
 typedef enum springls__which {
     SPRINGLS__ALL_BODIES,
@@ -52104,7 +52115,8 @@ SPRINGLS__FN springls_status springls__for_some(springls_tiling *tiling, const c
     job.which = which;
     job.run = run;
     job.arg = arg;
-    springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
+    if (tiling->backend) springls__body_task(&job, 0, tiling->count);
+    else springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
     for (i = 0; i < tiling->count; i++)
         if (tiling->body[i].status != SPRINGLS_OK)
             return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
@@ -52117,12 +52129,31 @@ SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const
     return springls__for_some(tiling, call, SPRINGLS__ALL_BODIES, run, arg);
 }
 
+/* Brings a body's model to the host, where the walls are worked on. */
+SPRINGLS__FN springls_status springls__body_to_host(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    (void)tiling, (void)arg;
+    return springls__use_host_calmly(body->ctx, false);
+}
+
+/* Makes phi of a body agree with its springls, for reading on the host. */
+SPRINGLS__FN springls_status springls__body_for_reading(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    return springls__body_to_host(tiling, body, arg);
+}
+
+/* Brings the models of all bodies to the host: a caller may have left them on the device. */
+SPRINGLS__FN springls_status springls__bodies_to_host(springls_tiling *tiling, const char *call)
+{
+    return tiling->backend ? springls__for_bodies(tiling, call, springls__body_to_host, NULL) : SPRINGLS_OK;
+}
+
 /* ---- public calls ---- */
 
 /* Returns what a tiling cannot have of a description, or NULL. */
 SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
 {
-    if (desc->backend) return "a tiling has no backend yet: it has to be NULL";
     if (desc->follow || desc->window[0] || desc->window[1] || desc->window[2])
         return "the grid of a tiling does not move: follow and window have to be zero";
     return NULL;
@@ -52140,6 +52171,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc
     plain = *desc;
     memset(&plain.progress, 0, sizeof plain.progress);
     memset(&plain.trace, 0, sizeof plain.trace);
+    plain.backend = NULL;
     SPRINGLS__TRY(springls_create(&plain, &host));
     tiling = (springls_tiling *)springls__allocate(host, sizeof *tiling);
     if (!tiling) {
@@ -52148,6 +52180,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc
     }
     memset(tiling, 0, sizeof *tiling);
     tiling->host = host;
+    tiling->backend = desc->backend;
     *out = tiling;
     return SPRINGLS_OK;
 }
@@ -52555,12 +52588,13 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, const 
     else status = springls_set_mesh(body->ctx, given->positions, given->position_count, given->stride, given->triangles,
                                     given->triangle_count, given->report);
     if (status == SPRINGLS_OK) status = springls__make_facing(body);
+    if (status == SPRINGLS_OK) status = springls__body_to_host(tiling, body, NULL);
     if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
     if (tiling->count) springls_set_time(body->ctx, springls_time(tiling->body[0].ctx));
     if (springls__reaches_border(body->ctx))
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d touches the border of the grid", call, (int)label);
     for (i = 0; i < tiling->count; i++) {
-        status = springls__begin_reading(tiling->body[i].ctx);
+        status = springls__body_for_reading(tiling, &tiling->body[i], NULL);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     other = springls__body_in_the_way(tiling, body->ctx);
@@ -52856,7 +52890,7 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 /* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    (void)tiling, (void)arg;
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, arg));
     if (body->boxed != body->ctx->springls_version) body->box = springls__particle_box(body->ctx);
     body->boxed = body->ctx->springls_version;
     return springls__read_cell_list(body->ctx);
@@ -53163,7 +53197,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
     q = (springls__v3 *)moved.data;
     status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
     springls__buffer_free(body->ctx, &moved);
-    return status;
+    return status == SPRINGLS_OK ? springls__body_to_host(tiling, body, NULL) : status;
 }
 
 /* Finds what all springls face, and draws the two sheets of each wall together. */
@@ -53608,9 +53642,10 @@ SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, boo
 /* Lets a model sleep, with phi where its springls are. */
 SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    (void)tiling, (void)arg;
     if (springls__settles(body)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__begin_change(body->ctx));
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, arg));
+    SPRINGLS__TRY(springls__to_host(body->ctx, 0, SPRINGLS__BIT(CALM)));
     springls__rest_all(body->ctx);
     return SPRINGLS_OK;
 }
@@ -53751,6 +53786,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
     if (!size) return springls__fail_null(tiling->host, "tiling_snapshot", "size");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
+    SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_snapshot"));
     SPRINGLS__TRY(springls__note_changes(tiling));
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
     *size = bytes;
@@ -53973,7 +54009,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *t
 /* Makes phi of a body agree with its springls, for reading, and finds the body's box. */
 SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    SPRINGLS__TRY(springls__body_for_reading(tiling, body, arg));
     return springls__look_at_body(tiling, body, arg);
 }
 
@@ -55219,7 +55255,8 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
 
 /* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
    of theirs follow the policy for fills. */
-SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
+SPRINGLS__FN springls_status springls__add_mirrored(springls_tiling *tiling, springls__tiling_body *body, const springls__mirrored *added,
+                                                    int count)
 {
     springls_context *ctx = body->ctx;
     const int before = ctx->model.set.count;
@@ -55231,7 +55268,9 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, NULL));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__SET_BITS));
     for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
     springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
     ctx->stats.added += count;
@@ -55256,7 +55295,7 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
             if (from != to && tiling->body[from].rest.awake && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
-        if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
+        if (status == SPRINGLS_OK) status = springls__add_mirrored(tiling, body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
         *mirrored += body->ctx->model.set.count - before;
     }
@@ -55374,16 +55413,17 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 
 /* ---- as it was ---- */
 
-/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. */
+/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. Steps leave
+   original surfaces as they are, but a model that is lost with its device loses them, too. */
 SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
-    const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
+    const springls_snapshot_kind kind = tiling->backend ? SPRINGLS_SNAPSHOT_KIND_ALL : SPRINGLS_SNAPSHOT_KIND_FRAME;
     springls__snapshot_state state;
     springls__layout layout;
     springls__table tables[2];
     size_t size;
-    (void)tiling, (void)arg;
+    (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     if (body->backup.bytes > 2 * size) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
@@ -55434,7 +55474,8 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
-    return springls_step(body->ctx, &step);
+    SPRINGLS__TRY(springls_step(body->ctx, &step));
+    return springls__body_to_host(tiling, body, NULL);
 }
 
 /* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
@@ -55480,7 +55521,7 @@ SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, co
     status = springls__look_at_bodies(tiling, call, &springls);
     for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
         if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
-        status = springls__begin_reading(tiling->body[i].ctx);
+        status = springls__body_for_reading(tiling, &tiling->body[i], NULL);
         if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
@@ -55663,6 +55704,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     const bool forces = springls__region_of_step(desc, &region);
     bool facing_known;
     int count, i;
+    SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_step"));
     SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
     SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));

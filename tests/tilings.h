@@ -46,7 +46,6 @@ FIXTURE springls_tiling *tiling_of_size(int size, fixture_heap *heap)
 {
     springls_desc desc = fixture_desc(size, NULL);
     springls_tiling *tiling = NULL;
-    desc.backend = NULL;
     if (heap) desc.allocator = fixture_allocator(heap);
     return springls_tiling_create(&desc, &tiling) == SPRINGLS_OK ? tiling : NULL;
 }

@@ -1147,10 +1147,10 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 typedef struct springls_tiling springls_tiling;
 
 #ifndef SPRINGLS_NO_TILINGS
-/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; backend has to be NULL, follow and window
-   zero; progress and trace are not called. Where tasks are given, bodies are worked on side by side: allocator and logger are then called
-   from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. Results do not depend
-   on it. On failure *out is NULL, and the logger has the reason. */
+/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; follow and window have to be zero;
+   progress and trace are not called. Where tasks are given, and no backend, bodies are worked on side by side: allocator and logger are
+   then called from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. With a
+   backend bodies take turns on it, and walls are worked on on the host. Results do not depend on either. On failure *out is NULL, and the logger has the reason. */
 SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out);
 
 /* Frees the tiling and all of its bodies; NULL is allowed. */
@@ -1284,8 +1284,8 @@ typedef struct springls_tiling_report {
    than .9 voxel nearer. With tension, or volumes that are held, the vertices of the walls' mesh move at most half a voxel in a step by
    that. After 256 steps without forces or edits, of it or beside it, a body is put to rest as it is, and its walls are no longer closed.
    report: may be NULL. INVALID_ARGUMENT: also a tension or a target below 0, a label that cannot be held, a region that is none, and one
-   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. After a failure, of memory too, the tiling
-   is as before the step, and so is what is held. */
+   with tension or held volumes. NON_FINITE: from a callback. EMPTY_MODEL: there are no bodies. DEVICE_FAILED: bodies that met
+   this failure go on without the device. After a failure, of memory too, the tiling is as before the step, and so is what is held. */
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 

@@ -574,7 +574,10 @@
    ever. springls_tiling_snapshot writes all bodies as one block, which
    springls_tiling_restore reads.
 
-   Not there yet: backends, windows and combinations of whole tilings.
+   With a backend each body makes its own step on the device, one body after the other, and the walls are the host's: for a few large
+   bodies rather than many.
+
+   Not there yet: windows and combinations of whole tilings.
 
 
    A WORLD WITHOUT WALLS

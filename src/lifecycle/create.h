@@ -202,14 +202,21 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     return SPRINGLS_OK;
 }
 
-/* Creates an empty model with the grid, the parameters and the allocator of this one, without a device. call: for the error. */
-SPRINGLS__FN springls_status springls__create_alike(springls_context *ctx, const char *call, springls_context **out)
+/* Creates an empty model with the grid, the parameters and the allocator of this one, on a backend of its own. call: for the error. */
+SPRINGLS__FN springls_status springls__create_alike_on(springls_context *ctx, const char *call, springls_backend *backend,
+                                                       springls_context **out)
 {
     springls_desc desc = ctx->desc;
     desc.params = &ctx->model.params;
-    desc.backend = NULL;
+    desc.backend = backend;
     if (springls_create(&desc, out) == SPRINGLS_OK) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "%s: out of memory", call);
+}
+
+/* The same without a device. */
+SPRINGLS__FN springls_status springls__create_alike(springls_context *ctx, const char *call, springls_context **out)
+{
+    return springls__create_alike_on(ctx, call, NULL, out);
 }
 
 SPRINGLS_API void springls_destroy(springls_context *ctx)

@@ -10,7 +10,9 @@
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../lifecycle/create.h"
+#include "../model/host_access.h"
 #include "../output/attributes.h"
+#include "../solver/step.h"
 
 enum { SPRINGLS__LARGEST_LABEL = 65535, SPRINGLS__NO_LABEL = -1, SPRINGLS__MOST_IDLE = 256 };
 
@@ -62,6 +64,7 @@ typedef struct springls__tiling_body {
 
 struct springls_tiling {
     springls_context *host;    /* an empty model: memory, errors, threads, the grid's place                          */
+    springls_backend *backend; /* of all bodies, one after the other; NULL: they are worked on side by side, on threads */
     springls__tiling_body *body; /* ascending by label, label 0 first; memory of `bodies`                            */
     int count;                 /* with that of label 0; 0: nothing has been set                                      */
     springls__buffer bodies;
@@ -127,7 +130,7 @@ SPRINGLS__FN springls_status springls__body_create(springls_tiling *tiling, cons
                                                    springls__tiling_body *body)
 {
     memset(body, 0, sizeof *body);
-    SPRINGLS__TRY(springls__create_alike(tiling->host, call, &body->ctx));
+    SPRINGLS__TRY(springls__create_alike_on(tiling->host, call, tiling->backend, &body->ctx));
     body->label = label;
     body->sign = label == 0 ? -1.0f : 1.0f;
     return SPRINGLS_OK;
@@ -206,7 +209,7 @@ SPRINGLS__FN bool springls__facing_is_known(const springls_tiling *tiling)
     return tiling->facing_known;
 }
 
-/* A loop over bodies, each by itself on any thread; the status of each is in body->status. */
+/* A loop over bodies, each by itself on any thread, or with a backend on the caller's; the status of each is in body->status. */
 typedef springls_status (*springls__body_fn)(springls_tiling *tiling, springls__tiling_body *body, const void *arg);
 typedef enum springls__which {
     SPRINGLS__ALL_BODIES,
@@ -256,7 +259,8 @@ SPRINGLS__FN springls_status springls__for_some(springls_tiling *tiling, const c
     job.which = which;
     job.run = run;
     job.arg = arg;
-    springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
+    if (tiling->backend) springls__body_task(&job, 0, tiling->count);
+    else springls__parallel(tiling->host, tiling->count, 1, springls__body_task, &job);
     for (i = 0; i < tiling->count; i++)
         if (tiling->body[i].status != SPRINGLS_OK)
             return springls__body_failed(tiling, tiling->body[i].status, call, tiling->body[i].label, tiling->body[i].ctx);
@@ -269,12 +273,31 @@ SPRINGLS__FN springls_status springls__for_bodies(springls_tiling *tiling, const
     return springls__for_some(tiling, call, SPRINGLS__ALL_BODIES, run, arg);
 }
 
+/* Brings a body's model to the host, where the walls are worked on. */
+SPRINGLS__FN springls_status springls__body_to_host(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    (void)tiling, (void)arg;
+    return springls__use_host_calmly(body->ctx, false);
+}
+
+/* Makes phi of a body agree with its springls, for reading on the host. */
+SPRINGLS__FN springls_status springls__body_for_reading(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
+{
+    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    return springls__body_to_host(tiling, body, arg);
+}
+
+/* Brings the models of all bodies to the host: a caller may have left them on the device. */
+SPRINGLS__FN springls_status springls__bodies_to_host(springls_tiling *tiling, const char *call)
+{
+    return tiling->backend ? springls__for_bodies(tiling, call, springls__body_to_host, NULL) : SPRINGLS_OK;
+}
+
 /* ---- public calls ---- */
 
 /* Returns what a tiling cannot have of a description, or NULL. */
 SPRINGLS__FN const char *springls__tiling_fault(const springls_desc *desc)
 {
-    if (desc->backend) return "a tiling has no backend yet: it has to be NULL";
     if (desc->follow || desc->window[0] || desc->window[1] || desc->window[2])
         return "the grid of a tiling does not move: follow and window have to be zero";
     return NULL;
@@ -292,6 +315,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc
     plain = *desc;
     memset(&plain.progress, 0, sizeof plain.progress);
     memset(&plain.trace, 0, sizeof plain.trace);
+    plain.backend = NULL;
     SPRINGLS__TRY(springls_create(&plain, &host));
     tiling = (springls_tiling *)springls__allocate(host, sizeof *tiling);
     if (!tiling) {
@@ -300,6 +324,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_create(const springls_desc
     }
     memset(tiling, 0, sizeof *tiling);
     tiling->host = host;
+    tiling->backend = desc->backend;
     *out = tiling;
     return SPRINGLS_OK;
 }

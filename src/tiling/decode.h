@@ -12,7 +12,7 @@
 /* Makes phi of a body agree with its springls, for reading, and finds the body's box. */
 SPRINGLS__FN springls_status springls__read_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    SPRINGLS__TRY(springls__begin_reading(body->ctx));
+    SPRINGLS__TRY(springls__body_for_reading(tiling, body, arg));
     return springls__look_at_body(tiling, body, arg);
 }
 

@@ -87,7 +87,8 @@ SPRINGLS__FN springls_status springls__collect_mirrored(springls_tiling *tiling,
 
 /* Adds the first `count` springls that have been collected to a body, or none where max_springls has no room for all. Other attributes
    of theirs follow the policy for fills. */
-SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body, const springls__mirrored *added, int count)
+SPRINGLS__FN springls_status springls__add_mirrored(springls_tiling *tiling, springls__tiling_body *body, const springls__mirrored *added,
+                                                    int count)
 {
     springls_context *ctx = body->ctx;
     const int before = ctx->model.set.count;
@@ -99,7 +100,9 @@ SPRINGLS__FN springls_status springls__add_mirrored(springls__tiling_body *body,
         return SPRINGLS_OK;
     }
     SPRINGLS__TRY(springls__begin_change(ctx)); /* phi follows: it agrees with the new springls where they are now */
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, NULL));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, before + count));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__SET_BITS));
     for (i = 0; i < count; i++) springls__constellation_append(ctx, &added[i].s, added[i].a, added[i].generation, 0);
     springls__stir(ctx, SPRINGLS__STIR_ALL, before, count);
     ctx->stats.added += count;
@@ -124,7 +127,7 @@ SPRINGLS__FN springls_status springls__mirror_walls(springls_tiling *tiling, con
         for (from = count = 0; from < tiling->count && status == SPRINGLS_OK; from++)
             if (from != to && tiling->body[from].rest.awake && springls__boxes_meet(&body->box, &tiling->body[from].box, 1.0f))
                 SPRINGLS__TRY(springls__collect_mirrored(tiling, &tiling->body[from], body, &count));
-        if (status == SPRINGLS_OK) status = springls__add_mirrored(body, (const springls__mirrored *)tiling->added.data, count);
+        if (status == SPRINGLS_OK) status = springls__add_mirrored(tiling, body, (const springls__mirrored *)tiling->added.data, count);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, body->label, body->ctx);
         *mirrored += body->ctx->model.set.count - before;
     }

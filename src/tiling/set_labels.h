@@ -352,12 +352,13 @@ SPRINGLS__FN springls_status springls__make_body(springls_tiling *tiling, const 
     else status = springls_set_mesh(body->ctx, given->positions, given->position_count, given->stride, given->triangles,
                                     given->triangle_count, given->report);
     if (status == SPRINGLS_OK) status = springls__make_facing(body);
+    if (status == SPRINGLS_OK) status = springls__body_to_host(tiling, body, NULL);
     if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, label, body->ctx);
     if (tiling->count) springls_set_time(body->ctx, springls_time(tiling->body[0].ctx));
     if (springls__reaches_border(body->ctx))
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: label %d touches the border of the grid", call, (int)label);
     for (i = 0; i < tiling->count; i++) {
-        status = springls__begin_reading(tiling->body[i].ctx);
+        status = springls__body_for_reading(tiling, &tiling->body[i], NULL);
         if (status != SPRINGLS_OK) return springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     other = springls__body_in_the_way(tiling, body->ctx);

@@ -56,7 +56,7 @@ SPRINGLS__FN bool springls__sheet_distance(const springls__tiling_body *body, sp
 /* Finds the box of a body's particles, where they may have changed since it was found, and lists them in cells. */
 SPRINGLS__FN springls_status springls__look_at_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    (void)tiling, (void)arg;
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, arg));
     if (body->boxed != body->ctx->springls_version) body->box = springls__particle_box(body->ctx);
     body->boxed = body->ctx->springls_version;
     return springls__read_cell_list(body->ctx);
@@ -363,7 +363,7 @@ SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, sprin
     q = (springls__v3 *)moved.data;
     status = springls_write(body->ctx, first, end - first, &q->x, &q[3 * (end - first)].x);
     springls__buffer_free(body->ctx, &moved);
-    return status;
+    return status == SPRINGLS_OK ? springls__body_to_host(tiling, body, NULL) : status;
 }
 
 /* Finds what all springls face, and draws the two sheets of each wall together. */

@@ -231,9 +231,10 @@ SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, boo
 /* Lets a model sleep, with phi where its springls are. */
 SPRINGLS__FN springls_status springls__put_to_rest(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
-    (void)tiling, (void)arg;
     if (springls__settles(body)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__begin_change(body->ctx));
+    SPRINGLS__TRY(springls__body_to_host(tiling, body, arg));
+    SPRINGLS__TRY(springls__to_host(body->ctx, 0, SPRINGLS__BIT(CALM)));
     springls__rest_all(body->ctx);
     return SPRINGLS_OK;
 }

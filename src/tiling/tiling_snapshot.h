@@ -97,6 +97,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_snapshot(springls_tiling *
     if (!size) return springls__fail_null(tiling->host, "tiling_snapshot", "size");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "tiling_snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
+    SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_snapshot"));
     SPRINGLS__TRY(springls__note_changes(tiling));
     SPRINGLS__TRY(springls__size_of_block(tiling, kind, &bytes));
     *size = bytes;

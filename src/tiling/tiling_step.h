@@ -118,16 +118,17 @@ SPRINGLS__FN void springls__tiling_pressure(void *user, const springls_batch *gi
 
 /* ---- as it was ---- */
 
-/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. */
+/* Keeps a body's model as it is, if that has not been done in this step, and makes sure that going back to it needs no memory. Steps leave
+   original surfaces as they are, but a model that is lost with its device loses them, too. */
 SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     springls_context *ctx = body->ctx;
-    const springls_snapshot_kind kind = SPRINGLS_SNAPSHOT_KIND_FRAME; /* steps leave original surfaces as they are */
+    const springls_snapshot_kind kind = tiling->backend ? SPRINGLS_SNAPSHOT_KIND_ALL : SPRINGLS_SNAPSHOT_KIND_FRAME;
     springls__snapshot_state state;
     springls__layout layout;
     springls__table tables[2];
     size_t size;
-    (void)tiling, (void)arg;
+    (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
     if (body->backup.bytes > 2 * size) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
@@ -178,7 +179,8 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
-    return springls_step(body->ctx, &step);
+    SPRINGLS__TRY(springls_step(body->ctx, &step));
+    return springls__body_to_host(tiling, body, NULL);
 }
 
 /* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
@@ -224,7 +226,7 @@ SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, co
     status = springls__look_at_bodies(tiling, call, &springls);
     for (i = 0; i < tiling->count && status == SPRINGLS_OK; i++) {
         if (!springls__boxes_meet(&tiling->body[i].box, &tiling->body[own].box, 2.0f)) continue;
-        status = springls__begin_reading(tiling->body[i].ctx);
+        status = springls__body_for_reading(tiling, &tiling->body[i], NULL);
         if (status != SPRINGLS_OK) springls__body_failed(tiling, status, call, tiling->body[i].label, tiling->body[i].ctx);
     }
     if (status == SPRINGLS_OK) *vanished = springls__count_voxels(tiling, own) == 0;
@@ -407,6 +409,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     const bool forces = springls__region_of_step(desc, &region);
     bool facing_known;
     int count, i;
+    SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_step"));
     SPRINGLS__TRY(springls__wake_bodies(tiling, forces ? &region : NULL, springls__imax(SPRINGLS__MIRROR_PERIOD, desc->wall_period)));
     SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));

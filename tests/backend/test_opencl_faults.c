@@ -590,6 +590,78 @@ TEST the_device_of_two_contexts_fails(int lost)
     PASS();
 }
 
+/* ---- tilings ---- */
+
+/* Makes two balls that touch, on a backend, and three steps. */
+FIXTURE springls_status fault_tiling(springls_backend *backend, fixture_heap *heap, springls_tiling **tiling)
+{
+    springls_desc desc = fixture_desc(24, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_status status;
+    int i;
+    desc.backend = backend;
+    desc.allocator = fixture_allocator(heap);
+    status = springls_tiling_create(&desc, tiling);
+    for (i = 0; i < 2 && status == SPRINGLS_OK; i++) {
+        springls_sphere ball = { { 7.5f, 11.5f, 11.5f }, 3.9f };
+        if (i) ball.center[0] = 15.4f;
+        status = springls_tiling_add_implicit(*tiling, 1 + i, springls_implicit_sphere, &ball);
+    }
+    step.dt = step.tension = 0.25f;
+    for (i = 0; i < 3 && status == SPRINGLS_OK; i++) status = springls_tiling_step(*tiling, &step, NULL);
+    return status;
+}
+
+/* The step that the device may fail in. */
+FIXTURE springls_status fault_tiling_step(springls_tiling *tiling)
+{
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    step.dt = step.tension = 0.25f;
+    return springls_tiling_step(tiling, &step, NULL);
+}
+
+/* Wherever the device fails in a step, once or (on) for good, the tiling is as before, and the next step has the same bits. */
+TEST a_step_of_a_tiling_fails(int on)
+{
+    enum { PLACES = 24 };
+    springls_tiling *tiling;
+    fixture_heap heap;
+    uint64_t before, after;
+    int calls, k;
+    NEEDS_STUB();
+    fault_count();
+    ASSERT_OK(fault_tiling(NULL, &heap, &tiling));
+    before = springls_tiling_state_hash(tiling);
+    ASSERT_OK(fault_tiling_step(tiling));
+    after = springls_tiling_state_hash(tiling);
+    springls_tiling_destroy(tiling);
+    for (calls = 0, k = -1; k < PLACES; k++) {
+        int first;
+        stub->begin();
+        ASSERT_OK(fault_tiling(reliable, &heap, &tiling));
+        ASSERT(before == springls_tiling_state_hash(tiling));
+        first = stub->calls(NULL);
+        if (k >= 0)
+            stub->fail(NULL, first + (2 * k + 1) * calls / (2 * PLACES), on ? CL_DEVICE_NOT_AVAILABLE : CL_MEM_OBJECT_ALLOCATION_FAILURE, on);
+        ASSERT_STATUS(k < 0 ? SPRINGLS_OK : SPRINGLS_DEVICE_FAILED, fault_tiling_step(tiling));
+        if (k < 0) calls = stub->calls(NULL) - first;
+        stub->fail(NULL, 0, CL_SUCCESS, 0);
+        if (k >= 0) {
+            ASSERT(strstr(springls_tiling_last_error(tiling), "going on without the device") != NULL);
+            ASSERT(before == springls_tiling_state_hash(tiling));
+            ASSERT_OK(fault_tiling_step(tiling));
+        }
+        ASSERT(after == springls_tiling_state_hash(tiling));
+        springls_tiling_destroy(tiling);
+        ASSERT_EQ(0, heap.blocks);
+        ASSERT(fault_leaves_nothing());
+    }
+    ASSERT_GT(calls, 100);
+    PASS();
+}
+
+/* ---- what the message says ---- */
+
 /* A kernel fails unseen until the device is waited for: the message names those that were started since it last was. */
 TEST a_failure_names_the_last_kernels(void)
 {
@@ -716,6 +788,8 @@ SUITE(working)
         RUN_TESTp(a_view_fails, on);
         greatest_set_test_suffix(on ? "for_good" : "once");
         RUN_TESTp(the_device_of_two_contexts_fails, on);
+        greatest_set_test_suffix(on ? "for_good" : "once");
+        RUN_TESTp(a_step_of_a_tiling_fails, on);
     }
     RUN_TEST(a_program_does_not_compile);
     RUN_TEST(a_failure_names_the_last_kernels);

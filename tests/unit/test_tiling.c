@@ -406,7 +406,6 @@ TEST wrong_calls_are_refused(void)
     springls_tiling_hold hold;
     float point[3] = { 3.0f, 3.0f, 3.0f };
     uint64_t before;
-    desc.backend = NULL;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_create(NULL, &tiling));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_tiling_create(&desc, NULL));
     desc.window[1] = 8;

@@ -47,7 +47,6 @@ TEST walls_stay_closed(void)
         springls_tiling_report report;
         double error, gap;
         int i, faced = 0;
-        desc.backend = NULL;
         if (run) desc.tasks = run == 1 ? fixture_tasks(&workers, 3, 0) : springls_threads_tasks(threads);
         ASSERT_OK(springls_tiling_create(&desc, &tiling));
         ASSERT_OK(set_two_halves(tiling, 7.0f));
@@ -460,7 +459,6 @@ TEST tension_is_in_world_units(double spacing)
     const double radius = 8.0 * spacing;
     springls_sphere ball;
     int i;
-    desc.backend = NULL;
     for (i = 0; i < 3; i++) {
         desc.grid.spacing[i] = spacing;
         ball.center[i] = (float)(desc.grid.origin[i] + spacing * 0.5 * (SIZE - 1));
@@ -786,7 +784,6 @@ TEST mirrored_springls_are_counted(void)
     int64_t refused = 0, added = 0;
     int i, k, run, largest = 0;
     three_labels(labels, BALL, 7.0f);
-    desc.backend = NULL;
     for (run = 0; run < 2; run++) {
         if (run) desc.max_springls = largest;
         ASSERT_OK(springls_tiling_create(&desc, &tiling));
@@ -842,7 +839,7 @@ TEST bodies_rest(void)
     char *block;
     size_t size;
     int i, k, loops = 0;
-    desc.backend = NULL;
+    desc.backend = NULL; /* whose work is no loop */
     desc.tasks.parallel_for = count_loop;
     desc.tasks.user = &loops;
     ASSERT_OK(springls_tiling_create(&desc, &tiling));
@@ -1002,9 +999,11 @@ static springls_status set_bar(springls_tiling **tiling, const springls_tasks *t
     springls_desc desc = fixture_desc(BAR_SIDE, NULL);
     springls_status status;
     int i;
-    desc.backend = NULL;
     desc.grid.size[2] = BAR_LENGTH;
-    if (tasks) desc.tasks = *tasks;
+    if (tasks) {
+        desc.tasks = *tasks;
+        desc.backend = NULL; /* whose work is no loop */
+    }
     for (i = 0; i < BAR_SIDE * BAR_SIDE * BAR_LENGTH; i++) {
         const int x = i % BAR_SIDE - 8, y = i / BAR_SIDE % BAR_SIDE - 8, z = i / (BAR_SIDE * BAR_SIDE) - 4;
         labels[i] = x * x + y * y < 20 && z >= 0 && z < 48 ? 1 + z / 8 : 0;
@@ -1251,12 +1250,66 @@ TEST what_may_not_sleep_is_not_put_to_rest(void)
     PASS();
 }
 
+/* A tiling on the device that is asked for has the bits of a scalar one: as bodies flow, are pushed, have surface tension, are measured
+   between steps or moved by themselves, join, and come to rest; so have their snapshots. */
+TEST backends_have_the_same_bits(void)
+{
+    static int32_t labels[BALL_VOXELS];
+    springls_tiling *tiling[2] = { NULL, NULL };
+    springls_desc desc = fixture_desc(BALL, NULL);
+    const uint64_t kernels = fixture_kernels();
+    springls_tiling_hold held[2][3];
+    float speed = 0.1f;
+    size_t size[2];
+    char *block[2];
+    int i, t;
+    ASSERT_OK(springls_tiling_create(&desc, &tiling[0]));
+    desc.backend = NULL;
+    ASSERT_OK(springls_tiling_create(&desc, &tiling[1]));
+    three_labels(labels, BALL, 6.0f);
+    memset(held, 0, sizeof held);
+    for (t = 0; t < 2; t++) ASSERT_OK(springls_tiling_set_labels(tiling[t], labels, 2));
+    for (i = 0; i < 44; i++) {
+        for (t = 0; t < 2; t++) {
+            springls_tiling_step_desc step = springls_default_tiling_step_desc();
+            springls_tiling_measures measures[3];
+            step.dt = 0.125f;
+            step.user = &speed;
+            if (i < 16) step.velocity = swirl;
+            else if (i < 24) step.pressure = grow;
+            else if (i < 32) {
+                held[t][0].label = 3, held[t][1].label = 70, held[t][2].label = 65535;
+                step.tension = 1.0f;
+                step.held = held[t];
+                step.held_count = 3;
+            }
+            ASSERT_OK(springls_tiling_step(tiling[t], &step, NULL));
+            if (i % 4 == 0) ASSERT_OK(springls_tiling_measure(tiling[t], measures));
+            if (i == 20) ASSERT_OK(springls_resample(springls_tiling_body(tiling[t], 70)));
+            if (i == 36) ASSERT_OK(springls_tiling_join(tiling[t], 70, 3));
+        }
+        ASSERT(springls_tiling_state_hash(tiling[0]) == springls_tiling_state_hash(tiling[1]));
+    }
+    for (t = 0; t < 2; t++) block[t] = block_of(tiling[t], SPRINGLS_SNAPSHOT_KIND_ALL, &size[t]);
+    ASSERT_EQ(size[0], size[1]);
+    ASSERT_EQ(0, memcmp(block[0], block[1], size[0]));
+    ASSERT_OK(springls_tiling_restore(tiling[0], block[1], size[1]));
+    ASSERT(springls_tiling_state_hash(tiling[0]) == springls_tiling_state_hash(tiling[1]));
+    ASSERT(!fixture_backend() || fixture_kernels() > kernels + 1000);
+    for (t = 0; t < 2; t++) {
+        free(block[t]);
+        springls_tiling_destroy(tiling[t]);
+    }
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
     RUN_TEST(walls_stay_closed);
+    RUN_TEST(backends_have_the_same_bits);
     RUN_TEST(bodies_meet);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.06f, 9);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.6f, 8);
