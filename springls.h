@@ -2007,10 +2007,10 @@ typedef struct springls_lod {
 
 #ifndef SPRINGLS_NO_CHUNKS
 /* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
-   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
-   border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
-   depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite, and more
-   than 65536 vertices. After a failure nothing is written. */
+   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their
+   common border. The chunks are those that one update has listed, or all that a consumer holds after an update. The model has no part in
+   it. Results do not depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite,
+   and more than 65536 vertices. After a failure nothing is written. */
 SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
 #endif
 
@@ -2049,8 +2049,8 @@ typedef enum springls_surface {
 
 /* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
-                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    int springl;                 /* WATERTIGHT: the springl nearest to `point`: of all that face its side, if one of these
+                                    is within a voxel; SOUP: the springl that `point` lies on. -1: none             */
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
@@ -2139,7 +2139,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
    without correspondences. */
 SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out);
 
-/* Names where a springl came from, and with that how exact its place and its correspondence are. */
+/* Names the origin of a springl, which decides how exact its place and its correspondence are. */
 typedef enum springls_kind {
     SPRINGLS_KIND_ORIGINAL, /* from the input: exact except for the error of advection                        */
     SPRINGLS_KIND_SPLIT,    /* half of another springl: interpolated between neighbours                       */
@@ -2263,10 +2263,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 /* Begins what springls_combine does, in as many calls of springls_combine_continue as the caller likes, with the same bits. Completes a
    step, an update of chunks or a combination in progress; takes the step that springls_write waits for, and copies the other model where
    it lies in another window, undivided. The other model is borrowed until the combination is done: it may be read, but must not be
-   destroyed, and where it or its attributes have changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as
-   they meet one with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or
-   needs it whole completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it;
-   springls_restore goes back to the snapshot as from the model before. */
+   destroyed, and if it or its attributes change, the combination fails with INVALID_ARGUMENT. Until then calls meet this model as
+   they meet a model with a step in progress (springls_step_begin): queries read the model as it is at that moment; calls that change the
+   model, or need it whole, complete the combination first and return its failure; inputs, springls_reset and springls_restore drop the
+   combination; springls_restore takes the model as it was before. */
 SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* Begins what springls_combine_implicit does: samples the function, undivided, into a model that it keeps until the end. */
@@ -2374,8 +2374,8 @@ SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling);
 SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number);
 
 /* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
-   the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
-   apart, and what its springls face is found anew by the next step. Its attribute "tiling.facing" belongs to the tiling: add one less
+   the body is. Calls that read a model, and springls_add_attribute, may be used; calls that move or replace this model alone take its walls
+   apart, and the next step finds anew what its springls face. Its attribute "tiling.facing" belongs to the tiling: add one less
    than SPRINGLS_MAX_ATTRIBUTES. */
 SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
 
@@ -2538,13 +2538,13 @@ SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tilin
 
 /* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
    springls_desc.grid that restores it continues with the same bits, but for springls_tiling_hold, which the caller keeps. kind: as for
-   springls_snapshot; one without original surfaces (FRAME) is restored only where the bodies that it has are, with the surfaces that they
-   had. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   springls_snapshot; a snapshot without original surfaces (FRAME) is restored only into a tiling that has its bodies, with their original
+   surfaces. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size);
 
-/* Replaces all bodies by those of a snapshot. The models of labels that there are stay where they are (springls_tiling_body), those of
-   others are gone. BAD_SNAPSHOT: it is none of a tiling, cut short, altered, of another grid, or has what this version does not have.
+/* Replaces all bodies by those of a snapshot. Labels that the tiling has keep their contexts (springls_tiling_body); contexts of
+   other labels are gone. BAD_SNAPSHOT: it is no tiling's, cut short, altered, of another grid, or has what this version does not have.
    After any failure the tiling is unchanged. */
 SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *snapshot, size_t size);
 
@@ -4656,7 +4656,7 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
     return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);
 }
 
-/* Finds the voxel that x lies in, the nearest one of those that the top table has. */
+/* Finds the voxel that x lies in; outside of the top table, the table's nearest voxel. */
 SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
 {
     voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);
@@ -6648,7 +6648,7 @@ typedef struct springls__motion {
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
     bool again;             /* a particle would move further than it may                                        */
-    bool still;             /* no point has moved at all                                                        */
+    bool none;              /* no point has moved at all                                                        */
     int moving;             /* how many springls have moved by more than 0.01 voxel                             */
 } springls__motion;
 
@@ -6937,7 +6937,15 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 /* ======== >>residency  (src/runtime/residency.h) =============================================================== */
 /* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
    Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
-   are copied. */
+   are copied.
+
+   Why no stage asks where an array is: each kernel's row says what it writes (kernels.h), and each host function what it reads and writes.
+   From both follows what has to be copied, and when; a step whose stages all run on the device copies little but counts.
+
+        kernel writes S      host copy of S is stale          springls__to_host(reads S)      copied, once
+        host writes S        device copy of S is stale        the next kernel                 copied, once
+
+   The same declarations number the versions of the model (springls__note_writes), by which whatever is derived knows that it is old. */
 
 /* What a level set consists of. */
 #define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
@@ -7994,9 +8002,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
-   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
-   of either; in front of springls left over where two bodies have merged it is inside. */
+/* Returns true if springl i, far from the zero level, belongs to a sheet too thin for phi: if the sheet's other side is behind the
+   springl or, at the rim and where the other side has no springls, if enough neighbors are beside it. phi is outside in front of such a
+   springl; in front of springls left over where two bodies have merged, phi is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -8194,8 +8202,8 @@ SPRINGLS__MATHS bool springls__merges(const springls__model *model, int i, sprin
         && !springls__of_two_contact_bodies(model, i, other);
 }
 
-/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges
-   with are decided, so that only springls that are kept remove others. */
+/* Returns the action for undecided springl i after a round of merging. The springl stays undecided until every partner of higher rank
+   is decided: so only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     springls__v3 n = springls__springl_normal(model->set.s[i]);
@@ -8798,8 +8806,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
 }
 
-/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
-   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+/* Returns the distance that springls give a voxel. The voxel stays on its side by phi until springls show it clearly on the other side:
+   else voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     const float clearly = 0.02f, beside = 1e-6f; /* voxel */
@@ -8896,8 +8904,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
 }
 
-/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
-   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+/* Returns the distance that springls give a voxel. The voxel stays on its side by phi until springls show it clearly on the other side:
+   else voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     const float clearly = 0.02f, beside = 1e-6f; /* voxel */
@@ -10698,7 +10706,7 @@ SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_b
     return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
-/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+/* Returns where a row's sums begin: eight of the first member, one a voxel, then eight of the next member. */
 SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
 /* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
@@ -11181,8 +11189,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
-   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
+   nearer, and a distance from its neighbours would be too long. So a voxel gets its distance from its own slope, too, if one of its 26
+   neighbours is on the other side. A near voxel without such a neighbour is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
 /* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
@@ -11937,7 +11945,8 @@ SPRINGLS__MATHS int springls__octants_beside(int d)
     return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
 }
 
-/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */
+/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that
+   touches it. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
@@ -13017,8 +13026,8 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in
-   other bricks, some of the rest. mask: its case. */
+/* Returns the edges, as bits, whose vertices belong to the cube: edges that no earlier cube shares and, if earlier cubes lie in other
+   bricks, some more. mask: the cube's case. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;
@@ -13536,7 +13545,10 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
-/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them. */
+/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them.
+
+   Why counts are read late: a device answers only when all that was queued before is done. So kernels leave their counts in an array
+   (COUNTS), and the host waits once, when the first of them is needed, and then has them all (springls__count_found). */
 
 SPRINGLS__KERNELS(SPRINGLS__RANGE)
 SPRINGLS__ORDERED_KERNELS(SPRINGLS__RANGE)
@@ -14035,7 +14047,7 @@ SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
     return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
 }
 
-/* Runs the kernel of an entry: to its end where elements meet, which is in order, or where a device has it. */
+/* Runs the kernel of an entry: in pieces, or to its end if its elements meet, which they do in order, or if a device runs it. */
 SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
 {
     const springls__kernel kernel = (springls__kernel)entry->what;
@@ -14190,7 +14202,7 @@ SPRINGLS__FN bool springls__bvh_before(springls__bvh_item a, springls__bvh_item 
     return a.triangle < b.triangle;
 }
 
-/* Moves the items so that item `middle` is the one that a full sort would put there, smaller ones before it. */
+/* Puts the item that a full sort would put at `middle` there, and smaller items before it. */
 SPRINGLS__FN void springls__bvh_select(springls__bvh_item *items, int low, int high, int middle, int axis)
 {
     while (low < high) {
@@ -16308,7 +16320,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
-    motion->still = largest.value == 0.0f
+    motion->none = largest.value == 0.0f
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
@@ -16436,7 +16448,7 @@ SPRINGLS__FN springls_status springls__take_motion(springls_context *ctx)
     if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
-    if (!motion->still) {
+    if (!motion->none) {
         SPRINGLS__TRY(springls__take_moved(&ctx->motion));
         ctx->away += motion->moved;
         springls__constellation_moved(ctx);
@@ -17234,12 +17246,12 @@ SPRINGLS__FN springls_status springls__stir_moved(springls_context *ctx)
 /* Ends the calm of what has just moved or, where nothing has, of what had moved before. */
 SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
 {
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, ctx->motion.none ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
     return SPRINGLS_OK;
 }
 
 /* Returns true where the bricks that are awake may have become others by the last motion. */
-SPRINGLS__FN bool springls__may_rouse(const springls_context *ctx) { return !(ctx->motion.still && ctx->at_rest); }
+SPRINGLS__FN bool springls__may_wake(const springls_context *ctx) { return !(ctx->motion.none && ctx->at_rest); }
 
 static const springls__entry springls__count_calm[] = {
     SPRINGLS__ROOM(synced_distance2, SPRINGLS)
@@ -17248,8 +17260,8 @@ static const springls__entry springls__count_calm[] = {
 SPRINGLS__END };
 
 /* Finds the bricks that are awake, after the springls have moved. */
-static const springls__entry springls__rouse[] = {
-    SPRINGLS__IF(springls__may_rouse)
+static const springls__entry springls__wake_moving[] = {
+    SPRINGLS__IF(springls__may_wake)
         SPRINGLS__IF(springls__may_sleep)
             SPRINGLS__CALL(springls__count_calm)
             SPRINGLS__DO(springls__stir_moving)
@@ -17259,7 +17271,7 @@ static const springls__entry springls__rouse[] = {
 SPRINGLS__END };
 
 /* Finds the bricks that have to follow springls which have moved before. */
-static const springls__entry springls__rouse_moved[] = {
+static const springls__entry springls__wake_moved[] = {
     SPRINGLS__IF(springls__may_sleep)
         SPRINGLS__CALL(springls__count_calm)
         SPRINGLS__DO(springls__stir_moved)
@@ -17268,7 +17280,15 @@ static const springls__entry springls__rouse_moved[] = {
 SPRINGLS__END };
 
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
-/* contract.h - removes poor springls and those far from the zero level (section 4.6). */
+/* contract.h - removes springls that are poor or far from the zero level, and merges crowded ones (section 4.6).
+
+   Why rounds of merging: of two springls that merge the older stays, unless a third, older still, has removed it. One after the other,
+   that is work for one thread. In rounds, a springl decides as soon as every older partner has:
+
+       rank   1 -- 2 -- 3 -- 4        partners in a row. Round 1: 1 stays. Round 2: 1 removes 2. Round 3: 3 stays, since 2 is gone.
+              +    x    +    x        Round 4: 3 removes 4. All springls decide at once, to the same end as one after the other.
+
+   A springl that is only badly shaped is reshaped instead: its particle, and so its exact path and correspondence, stay. */
 
 SPRINGLS__FN bool springls__has_springls(const springls_context *ctx) { return ctx->model.set.count > 0; }
 
@@ -17305,8 +17325,8 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
         if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
-/* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that
-   merge with it. The rounds have decided about those that merge with one of the mask. */
+/* Decides about the springls that rounds have left undecided, one after the other by rank: a springl that is kept removes all that merge
+   with it. Masked springls outrank all, and the first round has decided about their partners. */
 SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
 {
     const springls__constellation *set = &ctx->model.set;
@@ -18195,7 +18215,8 @@ SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRING
     }
 }
 
-/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
+/* Finds the planes that cut springl i off at a crease. A convex crease removes what lies in front of the other side's planes, a concave
+   crease what lies behind them. */
 SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
                                              springls__trims *trims)
 {
@@ -19263,7 +19284,7 @@ SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, con
 
 /* ---- corners ---- */
 
-/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */
+/* An arc on its face: its ends, its directions there, and whether both ends lie on one edge of the face. */
 typedef struct springls__arc_section {
     springls__crossing p, q;
     springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */
@@ -21392,7 +21413,7 @@ SPRINGLS__FN int32_t springls__own_part(const springls_context *ctx, int i)
     return ((const int32_t *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGL_PART].data)[i];
 }
 
-/* Returns the part of a springl: its own, or that of the nearest one beside it that faces the same way; -1: none. */
+/* Returns the part of a springl: its own or, without one, the part of the nearest springl that faces the same way; -1: none. */
 SPRINGLS__FN int32_t springls__part_of_springl(const springls_context *ctx, int i)
 {
     const springls__springl *s = ctx->model.set.s;
@@ -21455,7 +21476,7 @@ typedef struct springls__component {
 /* The current components that a springl bounds, -1: none. */
 typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
-/* A previous component, by its place in the list, and one of the current ones that it has become. */
+/* A link from a previous component to a current one that it has become, both by their places in the lists. */
 typedef struct springls__component_link {
     int32_t previous, current;
     int64_t votes; /* of springls; of links by `previous` only */
@@ -21636,8 +21657,8 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
 
 /* ---- ids ---- */
 
-/* Estimates the volume that a link has passed on, voxel^3 times `scale`: all of either component where it has no other link, else
-   the previous one's by the springls of its links. */
+/* Estimates the volume that a link has passed on, voxel^3 times `scale`: the whole of a component that has no other link; else the previous
+   component's volume, shared out by the springls of its links. */
 SPRINGLS__FN double springls__passed_volume(const springls__component_graph *graph, const springls__component_link *link,
                                             double scale)
 {
@@ -21871,7 +21892,11 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 }
 
 /* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
-/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23).
+
+   This is the paper's way to make phi follow: phi moves down the slope of omega^2 to the nearest springls, about half a voxel an
+   iteration, and a little by its own curvature, which smooths it over gaps. The default set takes project.h instead, which goes all the
+   way at once. */
 
 /* Replaces the level set by phi_next; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
@@ -21931,7 +21956,7 @@ SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
     return springls__attributes_after_fill(ctx, count);
 }
 
-/* Finds the springls missing beside others, chooses those that keep their distance from each other, and adds them. */
+/* Finds seeds, places beside springls where a springl is missing; chooses seeds that are far enough apart; adds springls there. */
 static const springls__entry springls__fill_holes[] = {
     SPRINGLS__DO(springls__cell_list_cover)
     SPRINGLS__ROOM(seeds, SPRINGLS)
@@ -21954,7 +21979,14 @@ static const springls__entry springls__fill_holes[] = {
 SPRINGLS__END };
 
 /* ======== >>fill_gaps  (src/stages/fill_gaps.h) ================================================================ */
-/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4).
+
+   Why phi decides where: springls that move apart leave a gap, and no springl can see it. phi, which is closed, can: a triangle of its zero
+   level that no springl is near is exposed, and becomes a springl.
+
+        springls    --- ---         --- ---
+        phi = 0     ~~~~~~~~~~~~~~~~~~~~~~~        the new springls are fitted to those around (track), because the zero level
+                            === ===                under a gap is a guess, and the springls beside the gap are not. */
 
 /* Finds the triangles of the zero level that no springl covers: see springls__is_exposed. Ends with a loop. */
 SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
@@ -22028,7 +22060,12 @@ static const springls__entry springls__fill_gaps[] = {
 SPRINGLS__END };
 
 /* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface.
+
+   Why: steps change phi near its zero level only, and eq. 23, the capsules and the band itself count on |phi| as a distance. The voxels
+   beside the zero level come first: phi over its slope, which leaves the zero level where it is (subvoxel). Each sweep then carries
+   distances one voxel further out, so that band_half_width sweeps reach the end of the band. Bricks that no distance reaches any more
+   become constant, and bricks that the band reaches are added: memory follows the surface. */
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
@@ -22098,7 +22135,11 @@ SPRINGLS__FN springls_status springls__neighbors_found(springls_context *ctx)
 }
 
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
-/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi).
+
+   Why: advect moves the points of a springl one by one, so that a flow tears triangles apart and turns them away from each other. Three
+   springs a springl pull the vertices back towards the particle, and springs between vertices and edges of neighbors close the seams.
+   Particles stay: they have the exact path. All springls read the old state and write a new one, so that no order of springls counts. */
 
 /* Replaces the springls by those that a kernel has written to relaxed_springls. */
 SPRINGLS__FN springls_status springls__take_relaxed(springls_context *ctx)
@@ -22186,7 +22227,11 @@ static const springls__entry springls__orient[] = {
 SPRINGLS__END };
 
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
-/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2).
+
+   Why: a surface that a flow stretches needs more springls, or its triangles become too large for the detail of a voxel. Both halves are
+   new places on the surface, whose correspondences nobody has carried: each is fitted to the springls around (fit.h), and its error is
+   estimated. Halves are written to working memory first, and stored where a scan says, so that their order is that of their parents. */
 
 /* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device builds the cell list, which
    fill_gaps needs next, before the count is read, so that the host waits only once. */
@@ -22597,7 +22642,14 @@ static const springls__entry springls__project_level_set[] = {
 SPRINGLS__END };
 
 /* ======== >>events  (src/stages/events.h) ====================================================================== */
-/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place.
+
+   Why springls tell: a label of phi has no past. A springl has: it was of one component, and is of another one now. Links between previous
+   and present components are votes of springls (components.h), and a component with two links has split, or is a merger:
+
+        previous   1     2        1 and 2 -> 3: a merger         1 -> 3 and 4: a split
+                    \   /          no link to the past: a birth  no link to the present: a death
+        present       3           its place: where springls of two parts are closest to each other */
 
 /* ---- where components have met or parted: between springls of two of them that are close to each other ---- */
 
@@ -22963,7 +23015,8 @@ SPRINGLS__FN void springls__join_linked(springls__lock *lock)
     }
 }
 
-/* Sums targets and volumes of linked components; one that is linked to no previous one has its volume as its target. */
+/* Sums targets and volumes of linked components; a component without a previous one takes its present volume as
+   its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -23301,7 +23354,7 @@ SPRINGLS__FN int springls__brick_after_move(const springls__grid *g, int brick, 
     return place[0] + g->bricks[0] * (place[1] + g->bricks[1] * place[2]);
 }
 
-/* Renames the bricks of the model; those that the window leaves behind are dropped, those that it reaches are outside. */
+/* Renames the bricks of the model. Bricks that the window has left are dropped; bricks that the window has reached are outside. */
 SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
 {
     int i, n = 0;
@@ -23389,7 +23442,7 @@ SPRINGLS__FN bool springls__window_follows(const springls_context *ctx) { return
 SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 {
     int bricks[3], axis;
-    if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
+    if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.none)) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, extent, ctx->model.set.count));
     if (!(springls__largest_extent(ctx, 0) > 0.0f)) return SPRINGLS_OK;
     for (axis = 0; axis < 3; axis++) {
@@ -23484,7 +23537,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 }
 
 static const springls__entry springls__follow_springls[] = {
-    SPRINGLS__CALL(springls__rouse_moved)
+    SPRINGLS__CALL(springls__wake_moved)
     SPRINGLS__CALL(springls__carry_level_set)
 SPRINGLS__END };
 
@@ -23957,7 +24010,7 @@ static const springls__entry springls__step[] = {
     SPRINGLS__REPEAT_WHILE(springls__step_goes_on)
         SPRINGLS__DO(springls__substep_begin)
         SPRINGLS__IF(springls__must_catch_up)
-            SPRINGLS__CALL(springls__rouse_moved)
+            SPRINGLS__CALL(springls__wake_moved)
             SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
         SPRINGLS__END
         SPRINGLS__IF(springls__contact_bodies_are_new) SPRINGLS__DO(springls__find_contact_bodies) SPRINGLS__END
@@ -23968,7 +24021,7 @@ static const springls__entry springls__step[] = {
         SPRINGLS__IF(springls__window_follows) SPRINGLS__DO(springls__follow_model) SPRINGLS__END
         SPRINGLS__DO(springls__substep_advanced)
         SPRINGLS__IF(springls__is_fluid)
-            SPRINGLS__CALL(springls__rouse)
+            SPRINGLS__CALL(springls__wake_moving)
             SPRINGLS__IF(springls__is_not_at_rest) SPRINGLS__CALL(springls__algorithm_2) SPRINGLS__END
         SPRINGLS__END
         SPRINGLS__IF(springls__is_elastic) SPRINGLS__CALL(springls__algorithm_3) SPRINGLS__END
@@ -25176,8 +25229,8 @@ SPRINGLS__FN float springls__block_sample_smooth(const springls__voxel_block *bl
 /* initial_edges.h - moves the initial springls of a level set that cut across a crease to one side of it: marching cubes cuts sharp
    edges off. */
 
-/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
-   one-sided differences that are; 0 where none are. */
+/* Returns the unit gradient of phi at a voxel: by central differences if their length is about 1, as a distance's is; else by one-sided
+   differences whose length is; 0 if there are none. */
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
@@ -26549,10 +26602,10 @@ SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *poi
     return packet;
 }
 
-/* Returns the side of all places within `half` of x, if an open surface is further from x than `distance` and that is certain; else 0. Its
-   winding number is harmonic there. Where it is between 0 and 1, too, Harnack's inequality has it that it is no more than so many times
-   that at x, and so less than the twentieth that does not count. It is not where the surface overlaps itself or is inside out: what is
-   beyond 0 and 1 by more than directed areas leave open is not decided. */
+/* Returns the side, 1 or -1, of all places within `half` of x, or 0 if the side is not certain. Precondition: the open surface is further
+   from x than `distance`. There the winding number w is harmonic. If 0 <= w <= 1 around x, Harnack's inequality bounds w within `half` by
+   `times` w(x); less than a twentieth does not change a side. Surfaces that overlap themselves or are inside out have other w: a w(x)
+   beyond 0 and 1, by more than the error of directed areas, decides nothing. */
 SPRINGLS__FN float springls__open_side_around(const springls__mesh_distance *m, springls__v3 x, float distance, float half)
 {
     const float q = half / distance, times = (1.0f + q) / ((1.0f - q) * (1.0f - q));
@@ -27025,8 +27078,8 @@ SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const 
 /* ======== >>ray  (src/model/ray.h) ============================================================================= */
 /* ray.h - finds the first point in which a ray meets a surface. */
 
-/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
-   same bits for both, so that a ray cannot slip between them. */
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): two triangles that share an
+   edge compute the edge alike in this frame, to the bit: so a ray cannot slip between the triangles. */
 typedef struct springls__ray_frame {
     double origin[3], sx, sy, sz;
     int kx, ky, kz;
@@ -27142,7 +27195,7 @@ typedef struct springls__ray_search {
     int top;
 } springls__ray_search;
 
-/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+/* Puts the children that the ray enters on the stack: the child that the ray enters first comes on top. */
 SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
 {
     const springls__bvh_node *child = &search->surface->nodes[node->first];
@@ -29047,8 +29100,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
 
 enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
 
-/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong
-   to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+/* Returns the key of a vertex in its brick: the edge, face or cell on which the vertex lies, and its ordinal there. Vertices in cells
+   belong to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
 SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
 {
     return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
@@ -29640,8 +29693,8 @@ SPRINGLS__FN int springls__end_of_chunk(const springls__contour_store *store, in
     return i;
 }
 
-/* Lists the chunks that differ, without arrays, in the order of their bricks: those that are dirty or have other triangles, and those that
-   have none any more. */
+/* Lists the chunks that differ, without arrays, in the order of their bricks: chunks that are dirty, have other triangles, or have lost all
+   their triangles. */
 SPRINGLS__FN int springls__list_contour_chunks(const springls__contour_chunks *c, springls_chunk *chunk)
 {
     const springls__contour_store *before = &c->store[c->now], *after = &c->store[1 - c->now];
@@ -30349,8 +30402,8 @@ SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[
     return false;
 }
 
-/* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
-   now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
+/* Publishes the voxels of one brick that differ by more than the tolerance and, if there are any, all voxels that affect this brick alone.
+   now: the model's values; published: the consumer's. Returns the mask of the bricks to be meshed again. */
 SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
                                               float tolerance)
 {
@@ -31119,7 +31172,7 @@ SPRINGLS__END };
 static const springls__entry springls__chunks_update[] = {
     SPRINGLS__IF(springls__phi_lags)
         SPRINGLS__DO(springls__save_level_set)
-        SPRINGLS__CALL(springls__rouse_moved)
+        SPRINGLS__CALL(springls__wake_moved)
         SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_springls)
@@ -32044,8 +32097,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 
 /* ---- rays ---- */
 
-/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that it meets few cubes of a slab. */
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers the
+   ray moves at most one voxel aside, so it meets few cubes of a slab. */
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
@@ -35512,7 +35565,7 @@ SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
         && y % SPRINGLS__BRICK == 0 && z % SPRINGLS__BRICK == 0;
 }
 
-/* Returns whether each number alone, and those that depend on each other, can be those of a model. */
+/* Returns whether a model can have these numbers: each number by itself, and numbers that depend on each other together. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
@@ -35836,7 +35889,7 @@ SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, c
     return springls__table_of(g, &groups);
 }
 
-/* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
+/* Finds the top tables of a block: the model's and, if there is one, the reference's. */
 SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const springls__snapshot_state *s,
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {
@@ -38455,7 +38508,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);\n",
     "}\n",
     "\n",
-    "/* Finds the voxel that x lies in, the nearest one of those that the top table has. */\n",
+    "/* Finds the voxel that x lies in; outside of the top table, the table's nearest voxel. */\n",
     "SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])\n",
     "{\n",
     "    voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);\n",
@@ -40256,7 +40309,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7085 \"springls.h\"\n",
+    "#line 7093 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40656,7 +40709,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7485 \"springls.h\"\n",
+    "#line 7493 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40671,7 +40724,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7501 \"springls.h\"\n",
+    "#line 7509 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40700,7 +40753,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7530 \"springls.h\"\n",
+    "#line 7538 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40715,7 +40768,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7545 \"springls.h\"\n",
+    "#line 7553 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40744,10 +40797,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7575 \"springls.h\"\n",
+    "#line 7583 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7579 \"springls.h\"\n",
+    "#line 7587 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40835,7 +40888,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7668 \"springls.h\"\n",
+    "#line 7676 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -40975,7 +41028,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7809 \"springls.h\"\n",
+    "#line 7817 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41080,7 +41133,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7915 \"springls.h\"\n",
+    "#line 7923 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41163,9 +41216,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind\n",
-    "   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front\n",
-    "   of either; in front of springls left over where two bodies have merged it is inside. */\n",
+    "/* Returns true if springl i, far from the zero level, belongs to a sheet too thin for phi: if the sheet's other side is behind the\n",
+    "   springl or, at the rim and where the other side has no springls, if enough neighbors are beside it. phi is outside in front of such a\n",
+    "   springl; in front of springls left over where two bodies have merged, phi is inside. */\n",
     "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 1.6f, ahead = 1.5f;\n",
@@ -41363,8 +41416,8 @@ static const char *const springls__kernel_lines[] = {
     "        && !springls__of_two_contact_bodies(model, i, other);\n",
     "}\n",
     "\n",
-    "/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges\n",
-    "   with are decided, so that only springls that are kept remove others. */\n",
+    "/* Returns the action for undecided springl i after a round of merging. The springl stays undecided until every partner of higher rank\n",
+    "   is decided: so only springls that are kept remove others. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
     "{\n",
     "    springls__v3 n = springls__springl_normal(model->set.s[i]);\n",
@@ -41396,7 +41449,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8232 \"springls.h\"\n",
+    "#line 8240 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41426,7 +41479,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8262 \"springls.h\"\n",
+    "#line 8270 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41441,7 +41494,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8278 \"springls.h\"\n",
+    "#line 8286 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41610,7 +41663,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8447 \"springls.h\"\n",
+    "#line 8455 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41625,7 +41678,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8462 \"springls.h\"\n",
+    "#line 8470 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41794,7 +41847,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8631 \"springls.h\"\n",
+    "#line 8639 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41848,7 +41901,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8686 \"springls.h\"\n",
+    "#line 8694 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41874,7 +41927,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8712 \"springls.h\"\n",
+    "#line 8720 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41889,7 +41942,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8728 \"springls.h\"\n",
+    "#line 8736 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -41963,8 +42016,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
     "}\n",
     "\n",
-    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
-    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
+    "/* Returns the distance that springls give a voxel. The voxel stays on its side by phi until springls show it clearly on the other side:\n",
+    "   else voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
     "{\n",
     "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
@@ -41972,7 +42025,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8811 \"springls.h\"\n",
+    "#line 8819 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41987,7 +42040,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8826 \"springls.h\"\n",
+    "#line 8834 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42061,8 +42114,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
     "}\n",
     "\n",
-    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
-    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
+    "/* Returns the distance that springls give a voxel. The voxel stays on its side by phi until springls show it clearly on the other side:\n",
+    "   else voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
     "{\n",
     "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
@@ -42070,7 +42123,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8909 \"springls.h\"\n",
+    "#line 8917 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42144,7 +42197,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8984 \"springls.h\"\n",
+    "#line 8992 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42698,7 +42751,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9539 \"springls.h\"\n",
+    "#line 9547 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42794,7 +42847,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9636 \"springls.h\"\n",
+    "#line 9644 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42915,7 +42968,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9758 \"springls.h\"\n",
+    "#line 9766 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43196,7 +43249,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10040 \"springls.h\"\n",
+    "#line 10048 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43282,7 +43335,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10127 \"springls.h\"\n",
+    "#line 10135 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43425,7 +43478,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10271 \"springls.h\"\n",
+    "#line 10279 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43614,7 +43667,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10461 \"springls.h\"\n",
+    "#line 10469 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43739,7 +43792,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10587 \"springls.h\"\n",
+    "#line 10595 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43773,7 +43826,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10622 \"springls.h\"\n",
+    "#line 10630 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -43853,7 +43906,7 @@ static const char *const springls__kernel_lines[] = {
     "    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);\n",
     "}\n",
     "\n",
-    "/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */\n",
+    "/* Returns where a row's sums begin: eight of the first member, one a voxel, then eight of the next member. */\n",
     "SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }\n",
     "\n",
     "/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the\n",
@@ -44311,7 +44364,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11161 \"springls.h\"\n",
+    "#line 11169 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44335,8 +44388,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
-    "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
+    "   nearer, and a distance from its neighbours would be too long. So a voxel gets its distance from its own slope, too, if one of its 26\n",
+    "   neighbours is on the other side. A near voxel without such a neighbour is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
     "/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */\n",
@@ -44461,7 +44514,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11312 \"springls.h\"\n",
+    "#line 11320 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44539,7 +44592,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11391 \"springls.h\"\n",
+    "#line 11399 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44788,7 +44841,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11641 \"springls.h\"\n",
+    "#line 11649 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45013,7 +45066,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11867 \"springls.h\"\n",
+    "#line 11875 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45087,7 +45140,8 @@ static const char *const springls__kernel_lines[] = {
     "    return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */\n",
+    "/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that\n",
+    "   touches it. */\n",
     "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -45117,7 +45171,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11972 \"springls.h\"\n",
+    "#line 11981 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45214,7 +45268,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12070 \"springls.h\"\n",
+    "#line 12079 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45752,7 +45806,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12609 \"springls.h\"\n",
+    "#line 12618 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45785,7 +45839,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12643 \"springls.h\"\n",
+    "#line 12652 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45810,14 +45864,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12669 \"springls.h\"\n",
+    "#line 12678 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12676 \"springls.h\"\n",
+    "#line 12685 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45832,7 +45886,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12692 \"springls.h\"\n",
+    "#line 12701 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -45958,7 +46012,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12818 \"springls.h\"\n",
+    "#line 12827 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45973,7 +46027,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12833 \"springls.h\"\n",
+    "#line 12842 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46099,7 +46153,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12960 \"springls.h\"\n",
+    "#line 12969 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46160,8 +46214,8 @@ static const char *const springls__kernel_lines[] = {
     "    return owner;\n",
     "}\n",
     "\n",
-    "/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in\n",
-    "   other bricks, some of the rest. mask: its case. */\n",
+    "/* Returns the edges, as bits, whose vertices belong to the cube: edges that no earlier cube shares and, if earlier cubes lie in other\n",
+    "   bricks, some more. mask: the cube's case. */\n",
     "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
     "{\n",
     "    uint32_t own = 0u;\n",
@@ -46391,7 +46445,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13253 \"springls.h\"\n",
+    "#line 13262 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46526,7 +46580,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17974 \"springls.h\"\n",
+    "#line 17994 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46751,7 +46805,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */\n",
+    "/* Finds the planes that cut springl i off at a crease. A convex crease removes what lies in front of the other side's planes, a concave\n",
+    "   crease what lies behind them. */\n",
     "SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,\n",
     "                                             springls__trims *trims)\n",
     "{\n",
@@ -47636,7 +47691,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19085 \"springls.h\"\n",
+    "#line 19106 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -47818,7 +47873,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- corners ---- */\n",
     "\n",
-    "/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */\n",
+    "/* An arc on its face: its ends, its directions there, and whether both ends lie on one edge of the face. */\n",
     "typedef struct springls__arc_section {\n",
     "    springls__crossing p, q;\n",
     "    springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */\n",
@@ -48263,7 +48318,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19713 \"springls.h\"\n",
+    "#line 19734 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48860,7 +48915,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48864 \"springls.h\"\n",
+    "#line 48919 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50079,14 +50134,14 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
 
 /* ---- what is awake already ---- */
 
-/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
-   it cuts, however many came before it without a step between. */
+/* An edit completes the bricks that it has changed, and leaves bricks that earlier edits have woken to the next step. So an edit costs
+   what it cuts, however many edits came before it without a step between. */
 
-/* The calm of all slots while a combination, or a pass over its gaps, has its own, and the bricks that they had. */
+/* Keeps the counts of calm steps of all slots, and the bricks of the slots, while a combination or a pass over its gaps counts anew. */
 typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
 
-/* Puts the calm of the model aside: all of it is asleep, until what follows ends the calm of what it changes. Where nothing may sleep it
-   does nothing. */
+/* Puts the counts of calm steps aside, so that the whole model is asleep: what is done next wakes only what it changes. Does nothing if
+   bricks may not sleep. */
 SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -50373,7 +50428,7 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+/* Returns how a springl lies to the other solid's surface: to the nearest triangle of that solid or, without triangles, to its level set.
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
@@ -51142,8 +51197,8 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Begins to combine checked operands, in windows that suit; a copy of the other where it has another window, or springls that its phi
-   has not followed. owned: the other, or NULL. */
+/* Begins to combine checked operands. The other operand is copied first if it lies in another window, or if its phi lags behind its
+   springls. owned: the other operand if the combination is to destroy it, or NULL. */
 SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, springls_operation operation, springls_context *other,
                                                      springls_context *owned)
 {
@@ -51265,9 +51320,9 @@ typedef struct springls__follow_job {
     uint8_t *action; /* KEEP or REMOVE, a springl */
 } springls__follow_job;
 
-#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from those that face like it is of a part of its own */
+#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from all that face like it is a part of its own */
 
-/* Draws a springl onto the zero level of the new level set. Returns false where that is out of reach, or faces another way. */
+/* Draws a springl onto the new zero level. Returns false if the zero level is out of reach, or faces another way. */
 SPRINGLS__FN bool springls__draw_to_level_set(const springls__follow_job *job, springls__springl *s)
 {
     const springls__grid *g = &job->other->model.grid;
@@ -51899,7 +51954,7 @@ typedef struct springls__body_rest {
     bool slept, beside;        /* the model was asleep as the step began; something has stirred in one of its bricks   */
 } springls__body_rest;
 
-/* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
+/* One body. Label 0 comes first: its model is the union of all other bodies, and the inside of that model is the outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
     int32_t label;
@@ -52290,8 +52345,8 @@ SPRINGLS__FN springls_status springls__check_voxels(springls_tiling *tiling, con
                           call, size[0], size[1], size[2], (int)INT32_MAX);
 }
 
-/* Finds where each label is. Fails where a voxel has a label that there may not be, or one other than 0 lies at the border: a body needs
-   a voxel of label 0 around it there. */
+/* Finds where each label is. Fails if a voxel has an invalid label, or if a voxel at the border has a label other than 0: a body needs a
+   voxel of label 0 around it. */
 SPRINGLS__FN springls_status springls__place_labels(springls_tiling *tiling, springls__label_map *map)
 {
     const int none[3] = { 0, 0, 0 };
@@ -53514,7 +53569,7 @@ SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__ti
                 springls__mark_brick(tiling, at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]));
 }
 
-/* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
+/* Marks the bricks of a body in which something stirs: bricks that are awake, and bricks that have gained or lost springls since. */
 SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springls__tiling_body *body)
 {
     const springls__grid *g = &body->ctx->model.grid;
@@ -53542,7 +53597,7 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
 
 SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
 
-/* Returns whether a body begins anew to count: its springls are others, or a caller has woken it from the rest that it was put to. */
+/* Returns whether a body counts its steps anew: its springls have been changed, or a caller has woken the body after MOST_IDLE steps. */
 SPRINGLS__FN bool springls__begins_anew(const springls__tiling_body *body)
 {
     const springls__body_rest *rest = &body->rest;
@@ -53617,11 +53672,11 @@ SPRINGLS__FN springls_status springls__wake_bodies(springls_tiling *tiling, cons
     return SPRINGLS_OK;
 }
 
-/* Wakes the bodies beside which something stirs now; *roused: there are such that were not awake. */
-SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, bool *roused)
+/* Wakes the bodies beside which something stirs now; *woken: there are such that were not awake. */
+SPRINGLS__FN springls_status springls__wake_beside_stirring(springls_tiling *tiling, bool *woken)
 {
     int i;
-    *roused = false;
+    *woken = false;
     if (!springls__has_bodies(tiling, SPRINGLS__AWAKE_BODIES)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__clear_marks(tiling));
     for (i = 0; i < tiling->count; i++)
@@ -53631,7 +53686,7 @@ SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, boo
         if (!springls__is_marked(tiling, &tiling->body[i])) continue;
         rest->beside = rest->looks = true;
         if (rest->put) continue;
-        *roused = *roused || !rest->awake;
+        *woken = *woken || !rest->awake;
         rest->awake = true;
     }
     return SPRINGLS_OK;
@@ -53883,7 +53938,7 @@ SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, sprin
     return SPRINGLS_OK;
 }
 
-/* Returns whether what springls face, if the model has that, are labels that there may be. */
+/* Returns whether the labels that springls face are valid; true without the attribute. */
 SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, const springls__layout *layout, const char *block)
 {
     int a, i;
@@ -53926,7 +53981,7 @@ SPRINGLS__FN springls_status springls__prepare_body(springls_tiling *tiling, spr
     return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, model->label, body->ctx);
 }
 
-/* Lists the bodies of a block, those that there are with their models, others with new ones. */
+/* Lists the bodies of a block: a body whose label the tiling has keeps its model, any other gets a new model. */
 SPRINGLS__FN springls_status springls__list_restored(springls_tiling *tiling, const springls__tiling_block *read,
                                                      springls__tiling_body *body)
 {
@@ -54495,8 +54550,8 @@ SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const 
     walls->edge_count++;
 }
 
-/* Counts the triangles and edges or, where there is room for them, writes them. Those that would need cubes beyond the outermost voxels are
-   left out. False: there are more than int counts. */
+/* Counts the triangles and edges or, if there is room, writes them; triangles that would need cubes beyond the outermost voxels are left
+   out. Returns false if there are more than an int counts. */
 SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_walls *walls)
 {
     int at[3], axis;
@@ -54630,7 +54685,8 @@ SPRINGLS__TILINGS_API void springls_walls_free(springls_tiling *tiling, springls
 
 enum { SPRINGLS__FILM_LABELS = 6 }; /* a vertex: more are passed over */
 
-/* A vertex of the walls: what pulls it, a step of the solver, what belongs to it, and its labels, -1 behind the last. World units. */
+/* A vertex of the walls: the force on it, its direction in the solver, the area that belongs to it (mass), and the labels of its walls, -1
+   behind the last. World units. */
 typedef struct springls__film {
     double force[3], along[3], mass;
     springls__v3 place, velocity; /* voxels                                                                            */
@@ -55176,7 +55232,7 @@ SPRINGLS__FN void springls__give_held(const springls_tiling *tiling, const sprin
    own correspondence. Each body by itself fills its gaps along a sharp rim late, and from its own side alone; the other body, on
    whose face the rim's wall is smooth, knows where it lies. */
 
-/* A springl that is to be added to a body, as that has it, and what it faces there. */
+/* A springl to be added to a body, in the coordinates of the body's model, and the label that the springl faces. */
 typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
 
 /* Marks the springls of body `from` that face body `to` and have no partner there. Those that sleep give none: they have given theirs
@@ -55529,7 +55585,8 @@ SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, co
     return status;
 }
 
-/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
+/* Puts bodies that have vanished behind the others in the list, so that no wall is made with a vanished body, though two sheets of it may
+   be left. */
 SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
 {
     int i, k;
@@ -55596,12 +55653,12 @@ SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const sprin
 }
 
 /* Wakes the bodies beside which something stirs, and lets them make their own step, in which nothing of them changes. */
-SPRINGLS__FN springls_status springls__rouse_beside(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+SPRINGLS__FN springls_status springls__step_woken(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
-    bool roused;
+    bool woken;
     int i;
-    SPRINGLS__TRY(springls__rouse_bodies(tiling, &roused));
-    for (i = 0; i < tiling->count && roused; i++) {
+    SPRINGLS__TRY(springls__wake_beside_stirring(tiling, &woken));
+    for (i = 0; i < tiling->count && woken; i++) {
         springls__tiling_body *body = &tiling->body[i];
         if (!body->rest.awake || body->backup_size) continue;
         body->status = springls__back_up(tiling, body, NULL);
@@ -55619,7 +55676,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     springls__pair_list pairs;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) {
         SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
-        SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+        SPRINGLS__TRY(springls__step_woken(tiling, call, desc));
     }
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
@@ -55629,7 +55686,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
-/* Fails where the time of a body is so large that the step would not change it: those that only count are not backed up. */
+/* Fails if the time of a resting body is so large that adding dt does not change it: resting bodies have no backup to go back to. */
 SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     int i;
@@ -55656,7 +55713,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
     SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__step_body, desc));
-    SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+    SPRINGLS__TRY(springls__step_woken(tiling, call, desc));
     SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
     springls__count_idle(tiling);

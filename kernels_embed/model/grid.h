@@ -103,7 +103,7 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
     return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);
 }
 
-/* Finds the voxel that x lies in, the nearest one of those that the top table has. */
+/* Finds the voxel that x lies in; outside of the top table, the table's nearest voxel. */
 SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
 {
     voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);

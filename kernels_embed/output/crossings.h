@@ -228,7 +228,8 @@ SPRINGLS__MATHS void springls__find_creased(const springls__model *model, SPRING
     }
 }
 
-/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
+/* Finds the planes that cut springl i off at a crease. A convex crease removes what lies in front of the other side's planes, a concave
+   crease what lies behind them. */
 SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
                                              springls__trims *trims)
 {

@@ -183,7 +183,7 @@ SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, con
 
 /* ---- corners ---- */
 
-/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */
+/* An arc on its face: its ends, its directions there, and whether both ends lie on one edge of the face. */
 typedef struct springls__arc_section {
     springls__crossing p, q;
     springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */

@@ -68,8 +68,8 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* Returns the edges, as bits, whose vertex belongs to the cube: those furthest from the cubes before it and, where those are in
-   other bricks, some of the rest. mask: its case. */
+/* Returns the edges, as bits, whose vertices belong to the cube: edges that no earlier cube shares and, if earlier cubes lie in other
+   bricks, some more. mask: the cube's case. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;

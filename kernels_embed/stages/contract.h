@@ -87,9 +87,9 @@ SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, 
     if (!springls__is_asleep(model, i)) model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* Returns true when springl i, far from the zero level, belongs to a sheet too thin for phi: the sheet's other side is behind
-   it, or there are enough neighbors beside it, as at the rim and where the other side has no springls. phi is outside in front
-   of either; in front of springls left over where two bodies have merged it is inside. */
+/* Returns true if springl i, far from the zero level, belongs to a sheet too thin for phi: if the sheet's other side is behind the
+   springl or, at the rim and where the other side has no springls, if enough neighbors are beside it. phi is outside in front of such a
+   springl; in front of springls left over where two bodies have merged, phi is inside. */
 SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
     const float r = 1.6f, ahead = 1.5f;
@@ -287,8 +287,8 @@ SPRINGLS__MATHS bool springls__merges(const springls__model *model, int i, sprin
         && !springls__of_two_contact_bodies(model, i, other);
 }
 
-/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges
-   with are decided, so that only springls that are kept remove others. */
+/* Returns the action for undecided springl i after a round of merging. The springl stays undecided until every partner of higher rank
+   is decided: so only springls that are kept remove others. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
 {
     springls__v3 n = springls__springl_normal(model->set.s[i]);

@@ -71,8 +71,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
 }
 
-/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
-   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+/* Returns the distance that springls give a voxel. The voxel stays on its side by phi until springls show it clearly on the other side:
+   else voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     const float clearly = 0.02f, beside = 1e-6f; /* voxel */

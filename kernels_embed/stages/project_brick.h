@@ -88,7 +88,7 @@ SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_b
     return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
-/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
+/* Returns where a row's sums begin: eight of the first member, one a voxel, then eight of the next member. */
 SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
 
 /* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the

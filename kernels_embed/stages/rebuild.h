@@ -26,8 +26,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and a distance from its neighbours would be too long: there too its own slope gives its distance, where one of its 26
-   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
+   nearer, and a distance from its neighbours would be too long. So a voxel gets its distance from its own slope, too, if one of its 26
+   neighbours is on the other side. A near voxel without such a neighbour is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
 /* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */

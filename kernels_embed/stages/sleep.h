@@ -77,7 +77,8 @@ SPRINGLS__MATHS int springls__octants_beside(int d)
     return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
 }
 
-/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */
+/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that
+   touches it. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;

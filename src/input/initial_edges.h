@@ -8,8 +8,8 @@
 #include "../runtime/parallel.h"
 #include "../model/grid.h"
 
-/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
-   one-sided differences that are; 0 where none are. */
+/* Returns the unit gradient of phi at a voxel: by central differences if their length is about 1, as a distance's is; else by one-sided
+   differences whose length is; 0 if there are none. */
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;

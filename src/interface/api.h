@@ -820,10 +820,10 @@ typedef struct springls_lod {
 
 #ifndef SPRINGLS_NO_CHUNKS
 /* Finds the triangles of `count` chunks at their levels of detail (manual, LEVELS OF DETAIL). Chunks of any levels together are closed
-   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their common
-   border. The chunks are of one update, or those that a consumer has after it. The model has no part in it. Results do not
-   depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite, and more
-   than 65536 vertices. After a failure nothing is written. */
+   wherever the chunks themselves are, if each is given the levels that its neighbors have: two chunks find the same edges at their
+   common border. The chunks are those that one update has listed, or all that a consumer holds after an update. The model has no part in
+   it. Results do not depend on threads. INVALID_ARGUMENT: also an index out of range, a position or correspondence that is not finite,
+   and more than 65536 vertices. After a failure nothing is written. */
 SPRINGLS_API springls_status springls_chunks_lod(springls_context *ctx, springls_lod *lod, int count);
 #endif
 
@@ -862,8 +862,8 @@ typedef enum springls_surface {
 
 /* Holds a place on the surface and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* WATERTIGHT: the one nearest to `point`, of those that face its side if there are any
-                                    within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
+    int springl;                 /* WATERTIGHT: the springl nearest to `point`: of all that face its side, if one of these
+                                    is within a voxel; SOUP: the springl that `point` lies on. -1: none             */
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
     float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
@@ -952,7 +952,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
    without correspondences. */
 SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out);
 
-/* Names where a springl came from, and with that how exact its place and its correspondence are. */
+/* Names the origin of a springl, which decides how exact its place and its correspondence are. */
 typedef enum springls_kind {
     SPRINGLS_KIND_ORIGINAL, /* from the input: exact except for the error of advection                        */
     SPRINGLS_KIND_SPLIT,    /* half of another springl: interpolated between neighbours                       */
@@ -1076,10 +1076,10 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 /* Begins what springls_combine does, in as many calls of springls_combine_continue as the caller likes, with the same bits. Completes a
    step, an update of chunks or a combination in progress; takes the step that springls_write waits for, and copies the other model where
    it lies in another window, undivided. The other model is borrowed until the combination is done: it may be read, but must not be
-   destroyed, and where it or its attributes have changed the combination fails with INVALID_ARGUMENT. Until then calls meet this model as
-   they meet one with a step in progress (springls_step_begin): queries read it as it is at that moment, every call that changes it or
-   needs it whole completes the combination first and returns its failure, and inputs, springls_reset and springls_restore drop it;
-   springls_restore goes back to the snapshot as from the model before. */
+   destroyed, and if it or its attributes change, the combination fails with INVALID_ARGUMENT. Until then calls meet this model as
+   they meet a model with a step in progress (springls_step_begin): queries read the model as it is at that moment; calls that change the
+   model, or need it whole, complete the combination first and return its failure; inputs, springls_reset and springls_restore drop the
+   combination; springls_restore takes the model as it was before. */
 SPRINGLS_API springls_status springls_combine_begin(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* Begins what springls_combine_implicit does: samples the function, undivided, into a model that it keeps until the end. */
@@ -1187,8 +1187,8 @@ SPRINGLS_API int springls_tiling_count(const springls_tiling *tiling);
 SPRINGLS_API int32_t springls_tiling_label(const springls_tiling *tiling, int number);
 
 /* Returns the model of a label, of label 0 that of all bodies together; NULL: there is none. It belongs to the tiling, and is gone when
-   the body is. All that reads a model may be done with it, and attributes added; what moves or replaces it alone takes its walls
-   apart, and what its springls face is found anew by the next step. Its attribute "tiling.facing" belongs to the tiling: add one less
+   the body is. Calls that read a model, and springls_add_attribute, may be used; calls that move or replace this model alone take its walls
+   apart, and the next step finds anew what its springls face. Its attribute "tiling.facing" belongs to the tiling: add one less
    than SPRINGLS_MAX_ATTRIBUTES. */
 SPRINGLS_API springls_context *springls_tiling_body(const springls_tiling *tiling, int32_t label);
 
@@ -1351,13 +1351,13 @@ SPRINGLS_API springls_status springls_tiling_closest_wall(springls_tiling *tilin
 
 /* Writes the tiling into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A tiling of the same
    springls_desc.grid that restores it continues with the same bits, but for springls_tiling_hold, which the caller keeps. kind: as for
-   springls_snapshot; one without original surfaces (FRAME) is restored only where the bodies that it has are, with the surfaces that they
-   had. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   springls_snapshot; a snapshot without original surfaces (FRAME) is restored only into a tiling that has its bodies, with their original
+   surfaces. The bytes are a file format (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_tiling_snapshot(springls_tiling *tiling, springls_snapshot_kind kind, void *out, size_t capacity,
                                                       size_t *size);
 
-/* Replaces all bodies by those of a snapshot. The models of labels that there are stay where they are (springls_tiling_body), those of
-   others are gone. BAD_SNAPSHOT: it is none of a tiling, cut short, altered, of another grid, or has what this version does not have.
+/* Replaces all bodies by those of a snapshot. Labels that the tiling has keep their contexts (springls_tiling_body); contexts of
+   other labels are gone. BAD_SNAPSHOT: it is no tiling's, cut short, altered, of another grid, or has what this version does not have.
    After any failure the tiling is unchanged. */
 SPRINGLS_API springls_status springls_tiling_restore(springls_tiling *tiling, const void *snapshot, size_t size);
 

@@ -58,7 +58,7 @@ SPRINGLS__FN bool springls__bvh_before(springls__bvh_item a, springls__bvh_item 
     return a.triangle < b.triangle;
 }
 
-/* Moves the items so that item `middle` is the one that a full sort would put there, smaller ones before it. */
+/* Puts the item that a full sort would put at `middle` there, and smaller items before it. */
 SPRINGLS__FN void springls__bvh_select(springls__bvh_item *items, int low, int high, int middle, int axis)
 {
     while (low < high) {

@@ -80,10 +80,10 @@ SPRINGLS__FN springls__packet springls__packet_of_voxels(const springls__v3 *poi
     return packet;
 }
 
-/* Returns the side of all places within `half` of x, if an open surface is further from x than `distance` and that is certain; else 0. Its
-   winding number is harmonic there. Where it is between 0 and 1, too, Harnack's inequality has it that it is no more than so many times
-   that at x, and so less than the twentieth that does not count. It is not where the surface overlaps itself or is inside out: what is
-   beyond 0 and 1 by more than directed areas leave open is not decided. */
+/* Returns the side, 1 or -1, of all places within `half` of x, or 0 if the side is not certain. Precondition: the open surface is further
+   from x than `distance`. There the winding number w is harmonic. If 0 <= w <= 1 around x, Harnack's inequality bounds w within `half` by
+   `times` w(x); less than a twentieth does not change a side. Surfaces that overlap themselves or are inside out have other w: a w(x)
+   beyond 0 and 1, by more than the error of directed areas, decides nothing. */
 SPRINGLS__FN float springls__open_side_around(const springls__mesh_distance *m, springls__v3 x, float distance, float half)
 {
     const float q = half / distance, times = (1.0f + q) / ((1.0f - q) * (1.0f - q));

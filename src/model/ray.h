@@ -4,8 +4,8 @@
 
 #include "bvh.h"
 
-/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
-   same bits for both, so that a ray cannot slip between them. */
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): two triangles that share an
+   edge compute the edge alike in this frame, to the bit: so a ray cannot slip between the triangles. */
 typedef struct springls__ray_frame {
     double origin[3], sx, sy, sz;
     int kx, ky, kz;
@@ -121,7 +121,7 @@ typedef struct springls__ray_search {
     int top;
 } springls__ray_search;
 
-/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+/* Puts the children that the ray enters on the stack: the child that the ray enters first comes on top. */
 SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
 {
     const springls__bvh_node *child = &search->surface->nodes[node->first];

@@ -259,8 +259,8 @@ SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[
     return false;
 }
 
-/* Publishes the voxels of one brick that differ by more than the tolerance, and with them those that affect this brick only.
-   now: the model's values; published: those of the consumer. Returns the mask of the bricks to be meshed again. */
+/* Publishes the voxels of one brick that differ by more than the tolerance and, if there are any, all voxels that affect this brick alone.
+   now: the model's values; published: the consumer's. Returns the mask of the bricks to be meshed again. */
 SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int origin[3], const float *now, float *published,
                                               float tolerance)
 {
@@ -1029,7 +1029,7 @@ SPRINGLS__END };
 static const springls__entry springls__chunks_update[] = {
     SPRINGLS__IF(springls__phi_lags)
         SPRINGLS__DO(springls__save_level_set)
-        SPRINGLS__CALL(springls__rouse_moved)
+        SPRINGLS__CALL(springls__wake_moved)
         SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
     SPRINGLS__END
     SPRINGLS__IF(springls__contours_springls)

@@ -111,8 +111,8 @@ SPRINGLS__FN void springls__contour_chunks_free(springls_context *ctx, springls_
 
 enum { SPRINGLS__KEY_OF_EDGE, SPRINGLS__KEY_OF_FACE, SPRINGLS__KEY_OF_CELL };
 
-/* Returns the key of a vertex in its brick: on which edge, face or cell it lies, and which of those there it is. Vertices in cells belong
-   to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
+/* Returns the key of a vertex in its brick: the edge, face or cell on which the vertex lies, and its ordinal there. Vertices in cells
+   belong to one chunk, and are counted in the whole brick. Keys ascend as the table's numbers of vertices do. */
 SPRINGLS__FN uint32_t springls__contour_key(int kind, int element, int ordinal)
 {
     return (uint32_t)kind << 25 | (uint32_t)element << 6 | (uint32_t)ordinal;
@@ -704,8 +704,8 @@ SPRINGLS__FN int springls__end_of_chunk(const springls__contour_store *store, in
     return i;
 }
 
-/* Lists the chunks that differ, without arrays, in the order of their bricks: those that are dirty or have other triangles, and those that
-   have none any more. */
+/* Lists the chunks that differ, without arrays, in the order of their bricks: chunks that are dirty, have other triangles, or have lost all
+   their triangles. */
 SPRINGLS__FN int springls__list_contour_chunks(const springls__contour_chunks *c, springls_chunk *chunk)
 {
     const springls__contour_store *before = &c->store[c->now], *after = &c->store[1 - c->now];

@@ -20,7 +20,7 @@ SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, c
     return springls__table_of(g, &groups);
 }
 
-/* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
+/* Finds the top tables of a block: the model's and, if there is one, the reference's. */
 SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const springls__snapshot_state *s,
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {

@@ -122,7 +122,7 @@ SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
         && y % SPRINGLS__BRICK == 0 && z % SPRINGLS__BRICK == 0;
 }
 
-/* Returns whether each number alone, and those that depend on each other, can be those of a model. */
+/* Returns whether a model can have these numbers: each number by itself, and numbers that depend on each other together. */
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */

@@ -25,8 +25,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 
 /* ---- rays ---- */
 
-/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers it goes at most one voxel
-   aside, so that it meets few cubes of a slab. */
+/* A ray through the voxels, slab by slab across its main axis: between two planes of voxel centers the
+   ray moves at most one voxel aside, so it meets few cubes of a slab. */
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;

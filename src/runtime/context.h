@@ -187,7 +187,7 @@ typedef struct springls__motion {
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
     bool again;             /* a particle would move further than it may                                        */
-    bool still;             /* no point has moved at all                                                        */
+    bool none;              /* no point has moved at all                                                        */
     int moving;             /* how many springls have moved by more than 0.01 voxel                             */
 } springls__motion;
 

@@ -1,4 +1,7 @@
-/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them. */
+/* launch.h - runs kernels over their elements, on the device or on the host; counts, sums and scans by them.
+
+   Why counts are read late: a device answers only when all that was queued before is done. So kernels leave their counts in an array
+   (COUNTS), and the host waits once, when the first of them is needed, and then has them all (springls__count_found). */
 #ifndef SPRINGLS__RUNTIME_LAUNCH_H
 #define SPRINGLS__RUNTIME_LAUNCH_H
 

@@ -1,6 +1,14 @@
 /* residency.h - where the arrays of the model are: on the host, on the backend's device, or on both with one copy stale.
    Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
-   are copied. */
+   are copied.
+
+   Why no stage asks where an array is: each kernel's row says what it writes (kernels.h), and each host function what it reads and writes.
+   From both follows what has to be copied, and when; a step whose stages all run on the device copies little but counts.
+
+        kernel writes S      host copy of S is stale          springls__to_host(reads S)      copied, once
+        host writes S        device copy of S is stale        the next kernel                 copied, once
+
+   The same declarations number the versions of the model (springls__note_writes), by which whatever is derived knows that it is old. */
 #ifndef SPRINGLS__RUNTIME_RESIDENCY_H
 #define SPRINGLS__RUNTIME_RESIDENCY_H
 

@@ -171,7 +171,7 @@ SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
     return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
 }
 
-/* Runs the kernel of an entry: to its end where elements meet, which is in order, or where a device has it. */
+/* Runs the kernel of an entry: in pieces, or to its end if its elements meet, which they do in order, or if a device runs it. */
 SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
 {
     const springls__kernel kernel = (springls__kernel)entry->what;

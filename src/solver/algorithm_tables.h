@@ -428,7 +428,7 @@ static const springls__entry springls__step[] = {
     SPRINGLS__REPEAT_WHILE(springls__step_goes_on)
         SPRINGLS__DO(springls__substep_begin)
         SPRINGLS__IF(springls__must_catch_up)
-            SPRINGLS__CALL(springls__rouse_moved)
+            SPRINGLS__CALL(springls__wake_moved)
             SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
         SPRINGLS__END
         SPRINGLS__IF(springls__contact_bodies_are_new) SPRINGLS__DO(springls__find_contact_bodies) SPRINGLS__END
@@ -439,7 +439,7 @@ static const springls__entry springls__step[] = {
         SPRINGLS__IF(springls__window_follows) SPRINGLS__DO(springls__follow_model) SPRINGLS__END
         SPRINGLS__DO(springls__substep_advanced)
         SPRINGLS__IF(springls__is_fluid)
-            SPRINGLS__CALL(springls__rouse)
+            SPRINGLS__CALL(springls__wake_moving)
             SPRINGLS__IF(springls__is_not_at_rest) SPRINGLS__CALL(springls__algorithm_2) SPRINGLS__END
         SPRINGLS__END
         SPRINGLS__IF(springls__is_elastic) SPRINGLS__CALL(springls__algorithm_3) SPRINGLS__END

@@ -92,7 +92,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 }
 
 static const springls__entry springls__follow_springls[] = {
-    SPRINGLS__CALL(springls__rouse_moved)
+    SPRINGLS__CALL(springls__wake_moved)
     SPRINGLS__CALL(springls__carry_level_set)
 SPRINGLS__END };
 

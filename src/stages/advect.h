@@ -178,7 +178,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
     motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
-    motion->still = largest.value == 0.0f
+    motion->none = largest.value == 0.0f
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
@@ -306,7 +306,7 @@ SPRINGLS__FN springls_status springls__take_motion(springls_context *ctx)
     if (ctx->desc.follow && motion->moved > (float)SPRINGLS__FURTHEST_MOTION)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: a springl would move by %g voxels, at most %d are possible",
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
-    if (!motion->still) {
+    if (!motion->none) {
         SPRINGLS__TRY(springls__take_moved(&ctx->motion));
         ctx->away += motion->moved;
         springls__constellation_moved(ctx);

@@ -19,7 +19,7 @@ typedef struct springls__component {
 /* The current components that a springl bounds, -1: none. */
 typedef struct springls__bounded_components { int32_t body, cavity; } springls__bounded_components;
 
-/* A previous component, by its place in the list, and one of the current ones that it has become. */
+/* A link from a previous component to a current one that it has become, both by their places in the lists. */
 typedef struct springls__component_link {
     int32_t previous, current;
     int64_t votes; /* of springls; of links by `previous` only */
@@ -200,8 +200,8 @@ SPRINGLS__FN springls_status springls__link_components(springls_context *ctx, sp
 
 /* ---- ids ---- */
 
-/* Estimates the volume that a link has passed on, voxel^3 times `scale`: all of either component where it has no other link, else
-   the previous one's by the springls of its links. */
+/* Estimates the volume that a link has passed on, voxel^3 times `scale`: the whole of a component that has no other link; else the previous
+   component's volume, shared out by the springls of its links. */
 SPRINGLS__FN double springls__passed_volume(const springls__component_graph *graph, const springls__component_link *link,
                                             double scale)
 {

@@ -1,4 +1,12 @@
-/* contract.h - removes poor springls and those far from the zero level (section 4.6). */
+/* contract.h - removes springls that are poor or far from the zero level, and merges crowded ones (section 4.6).
+
+   Why rounds of merging: of two springls that merge the older stays, unless a third, older still, has removed it. One after the other,
+   that is work for one thread. In rounds, a springl decides as soon as every older partner has:
+
+       rank   1 -- 2 -- 3 -- 4        partners in a row. Round 1: 1 stays. Round 2: 1 removes 2. Round 3: 3 stays, since 2 is gone.
+              +    x    +    x        Round 4: 3 removes 4. All springls decide at once, to the same end as one after the other.
+
+   A springl that is only badly shaped is reshaped instead: its particle, and so its exact path and correspondence, stay. */
 #ifndef SPRINGLS__STAGES_CONTRACT_H
 #define SPRINGLS__STAGES_CONTRACT_H
 
@@ -45,8 +53,8 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
         if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
-/* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that
-   merge with it. The rounds have decided about those that merge with one of the mask. */
+/* Decides about the springls that rounds have left undecided, one after the other by rank: a springl that is kept removes all that merge
+   with it. Masked springls outrank all, and the first round has decided about their partners. */
 SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
 {
     const springls__constellation *set = &ctx->model.set;

@@ -1,4 +1,11 @@
-/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place. */
+/* events.h - lists what has happened to components: births, deaths, mergers and splits, each with its parts and its place.
+
+   Why springls tell: a label of phi has no past. A springl has: it was of one component, and is of another one now. Links between previous
+   and present components are votes of springls (components.h), and a component with two links has split, or is a merger:
+
+        previous   1     2        1 and 2 -> 3: a merger         1 -> 3 and 4: a split
+                    \   /          no link to the past: a birth  no link to the present: a death
+        present       3           its place: where springls of two parts are closest to each other */
 #ifndef SPRINGLS__STAGES_EVENTS_H
 #define SPRINGLS__STAGES_EVENTS_H
 

@@ -1,4 +1,8 @@
-/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
+/* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23).
+
+   This is the paper's way to make phi follow: phi moves down the slope of omega^2 to the nearest springls, about half a voxel an
+   iteration, and a little by its own curvature, which smooths it over gaps. The default set takes project.h instead, which goes all the
+   way at once. */
 #ifndef SPRINGLS__STAGES_EVOLVE_H
 #define SPRINGLS__STAGES_EVOLVE_H
 

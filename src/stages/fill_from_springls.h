@@ -46,7 +46,7 @@ SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
     return springls__attributes_after_fill(ctx, count);
 }
 
-/* Finds the springls missing beside others, chooses those that keep their distance from each other, and adds them. */
+/* Finds seeds, places beside springls where a springl is missing; chooses seeds that are far enough apart; adds springls there. */
 static const springls__entry springls__fill_holes[] = {
     SPRINGLS__DO(springls__cell_list_cover)
     SPRINGLS__ROOM(seeds, SPRINGLS)

@@ -1,4 +1,11 @@
-/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4). */
+/* fill_gaps.h - adds springls at exposed zero crossings of the signed level set (section 4.4).
+
+   Why phi decides where: springls that move apart leave a gap, and no springl can see it. phi, which is closed, can: a triangle of its zero
+   level that no springl is near is exposed, and becomes a springl.
+
+        springls    --- ---         --- ---
+        phi = 0     ~~~~~~~~~~~~~~~~~~~~~~~        the new springls are fitted to those around (track), because the zero level
+                            === ===                under a gap is a guess, and the springls beside the gap are not. */
 #ifndef SPRINGLS__STAGES_FILL_GAPS_H
 #define SPRINGLS__STAGES_FILL_GAPS_H
 

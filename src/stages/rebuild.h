@@ -1,4 +1,9 @@
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface. */
+/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface.
+
+   Why: steps change phi near its zero level only, and eq. 23, the capsules and the band itself count on |phi| as a distance. The voxels
+   beside the zero level come first: phi over its slope, which leaves the zero level where it is (subvoxel). Each sweep then carries
+   distances one voxel further out, so that band_half_width sweeps reach the end of the band. Bricks that no distance reaches any more
+   become constant, and bricks that the band reaches are added: memory follows the surface. */
 #ifndef SPRINGLS__STAGES_REBUILD_H
 #define SPRINGLS__STAGES_REBUILD_H
 

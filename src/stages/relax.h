@@ -1,4 +1,8 @@
-/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi). */
+/* relax.h - Algorithm 1: moves every springl towards equilibrium with its neighbors, all at once (Jacobi).
+
+   Why: advect moves the points of a springl one by one, so that a flow tears triangles apart and turns them away from each other. Three
+   springs a springl pull the vertices back towards the particle, and springs between vertices and edges of neighbors close the seams.
+   Particles stay: they have the exact path. All springls read the old state and write a new one, so that no order of springls counts. */
 #ifndef SPRINGLS__STAGES_RELAX_H
 #define SPRINGLS__STAGES_RELAX_H
 

@@ -1,4 +1,8 @@
-/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2).
+
+   Why: a surface that a flow stretches needs more springls, or its triangles become too large for the detail of a voxel. Both halves are
+   new places on the surface, whose correspondences nobody has carried: each is fitted to the springls around (fit.h), and its error is
+   estimated. Halves are written to working memory first, and stored where a scan says, so that their order is that of their parents. */
 #ifndef SPRINGLS__STAGES_RESAMPLE_H
 #define SPRINGLS__STAGES_RESAMPLE_H
 

@@ -74,12 +74,12 @@ SPRINGLS__FN springls_status springls__stir_moved(springls_context *ctx)
 /* Ends the calm of what has just moved or, where nothing has, of what had moved before. */
 SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
 {
-    springls__stir(ctx, ctx->motion.still ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
+    springls__stir(ctx, ctx->motion.none ? SPRINGLS__STIR_AWAY : SPRINGLS__STIR_MOVING, 0, ctx->model.set.count);
     return SPRINGLS_OK;
 }
 
 /* Returns true where the bricks that are awake may have become others by the last motion. */
-SPRINGLS__FN bool springls__may_rouse(const springls_context *ctx) { return !(ctx->motion.still && ctx->at_rest); }
+SPRINGLS__FN bool springls__may_wake(const springls_context *ctx) { return !(ctx->motion.none && ctx->at_rest); }
 
 static const springls__entry springls__count_calm[] = {
     SPRINGLS__ROOM(synced_distance2, SPRINGLS)
@@ -88,8 +88,8 @@ static const springls__entry springls__count_calm[] = {
 SPRINGLS__END };
 
 /* Finds the bricks that are awake, after the springls have moved. */
-static const springls__entry springls__rouse[] = {
-    SPRINGLS__IF(springls__may_rouse)
+static const springls__entry springls__wake_moving[] = {
+    SPRINGLS__IF(springls__may_wake)
         SPRINGLS__IF(springls__may_sleep)
             SPRINGLS__CALL(springls__count_calm)
             SPRINGLS__DO(springls__stir_moving)
@@ -99,7 +99,7 @@ static const springls__entry springls__rouse[] = {
 SPRINGLS__END };
 
 /* Finds the bricks that have to follow springls which have moved before. */
-static const springls__entry springls__rouse_moved[] = {
+static const springls__entry springls__wake_moved[] = {
     SPRINGLS__IF(springls__may_sleep)
         SPRINGLS__CALL(springls__count_calm)
         SPRINGLS__DO(springls__stir_moved)

@@ -203,7 +203,7 @@ SPRINGLS__FN int32_t springls__own_part(const springls_context *ctx, int i)
     return ((const int32_t *)ctx->surface_memory[SPRINGLS__SURFACE_SPRINGL_PART].data)[i];
 }
 
-/* Returns the part of a springl: its own, or that of the nearest one beside it that faces the same way; -1: none. */
+/* Returns the part of a springl: its own or, without one, the part of the nearest springl that faces the same way; -1: none. */
 SPRINGLS__FN int32_t springls__part_of_springl(const springls_context *ctx, int i)
 {
     const springls__springl *s = ctx->model.set.s;

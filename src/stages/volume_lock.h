@@ -113,7 +113,8 @@ SPRINGLS__FN void springls__join_linked(springls__lock *lock)
     }
 }
 
-/* Sums targets and volumes of linked components; one that is linked to no previous one has its volume as its target. */
+/* Sums targets and volumes of linked components; a component without a previous one takes its present volume as
+   its target. */
 SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;

@@ -32,7 +32,7 @@ SPRINGLS__FN int springls__brick_after_move(const springls__grid *g, int brick, 
     return place[0] + g->bricks[0] * (place[1] + g->bricks[1] * place[2]);
 }
 
-/* Renames the bricks of the model; those that the window leaves behind are dropped, those that it reaches are outside. */
+/* Renames the bricks of the model. Bricks that the window has left are dropped; bricks that the window has reached are outside. */
 SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
 {
     int i, n = 0;
@@ -120,7 +120,7 @@ SPRINGLS__FN bool springls__window_follows(const springls_context *ctx) { return
 SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 {
     int bricks[3], axis;
-    if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
+    if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.none)) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, extent, ctx->model.set.count));
     if (!(springls__largest_extent(ctx, 0) > 0.0f)) return SPRINGLS_OK;
     for (axis = 0; axis < 3; axis++) {

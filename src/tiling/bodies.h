@@ -43,7 +43,7 @@ typedef struct springls__body_rest {
     bool slept, beside;        /* the model was asleep as the step began; something has stirred in one of its bricks   */
 } springls__body_rest;
 
-/* One body. That of label 0 comes first: its model is the union of all others, so that what is inside by its phi is outside of label 0. */
+/* One body. Label 0 comes first: its model is the union of all other bodies, and the inside of that model is the outside of label 0. */
 typedef struct springls__tiling_body {
     springls_context *ctx;
     int32_t label;

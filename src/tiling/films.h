@@ -24,7 +24,8 @@
 
 enum { SPRINGLS__FILM_LABELS = 6 }; /* a vertex: more are passed over */
 
-/* A vertex of the walls: what pulls it, a step of the solver, what belongs to it, and its labels, -1 behind the last. World units. */
+/* A vertex of the walls: the force on it, its direction in the solver, the area that belongs to it (mass), and the labels of its walls, -1
+   behind the last. World units. */
 typedef struct springls__film {
     double force[3], along[3], mass;
     springls__v3 place, velocity; /* voxels                                                                            */

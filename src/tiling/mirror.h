@@ -8,7 +8,7 @@
 #include "../stages/sleep.h"
 #include "sheets.h"
 
-/* A springl that is to be added to a body, as that has it, and what it faces there. */
+/* A springl to be added to a body, in the coordinates of the body's model, and the label that the springl faces. */
 typedef struct springls__mirrored { springls__springl s; springls__v3 a; uint32_t generation; int32_t facing; } springls__mirrored;
 
 /* Marks the springls of body `from` that face body `to` and have no partner there. Those that sleep give none: they have given theirs

@@ -54,8 +54,8 @@ SPRINGLS__FN springls_status springls__check_voxels(springls_tiling *tiling, con
                           call, size[0], size[1], size[2], (int)INT32_MAX);
 }
 
-/* Finds where each label is. Fails where a voxel has a label that there may not be, or one other than 0 lies at the border: a body needs
-   a voxel of label 0 around it there. */
+/* Finds where each label is. Fails if a voxel has an invalid label, or if a voxel at the border has a label other than 0: a body needs a
+   voxel of label 0 around it. */
 SPRINGLS__FN springls_status springls__place_labels(springls_tiling *tiling, springls__label_map *map)
 {
     const int none[3] = { 0, 0, 0 };

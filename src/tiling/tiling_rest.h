@@ -103,7 +103,7 @@ SPRINGLS__FN void springls__mark_box(springls_tiling *tiling, const springls__ti
                 springls__mark_brick(tiling, at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]));
 }
 
-/* Marks the bricks of a body in which something stirs: those that are awake, and where springls have come or gone since that was found. */
+/* Marks the bricks of a body in which something stirs: bricks that are awake, and bricks that have gained or lost springls since. */
 SPRINGLS__FN void springls__mark_stirring(springls_tiling *tiling, const springls__tiling_body *body)
 {
     const springls__grid *g = &body->ctx->model.grid;
@@ -131,7 +131,7 @@ SPRINGLS__FN bool springls__is_marked(const springls_tiling *tiling, const sprin
 
 SPRINGLS__FN bool springls__is_changed(const springls__tiling_body *body) { return body->ctx->springls_version != body->rest.stepped; }
 
-/* Returns whether a body begins anew to count: its springls are others, or a caller has woken it from the rest that it was put to. */
+/* Returns whether a body counts its steps anew: its springls have been changed, or a caller has woken the body after MOST_IDLE steps. */
 SPRINGLS__FN bool springls__begins_anew(const springls__tiling_body *body)
 {
     const springls__body_rest *rest = &body->rest;
@@ -206,11 +206,11 @@ SPRINGLS__FN springls_status springls__wake_bodies(springls_tiling *tiling, cons
     return SPRINGLS_OK;
 }
 
-/* Wakes the bodies beside which something stirs now; *roused: there are such that were not awake. */
-SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, bool *roused)
+/* Wakes the bodies beside which something stirs now; *woken: there are such that were not awake. */
+SPRINGLS__FN springls_status springls__wake_beside_stirring(springls_tiling *tiling, bool *woken)
 {
     int i;
-    *roused = false;
+    *woken = false;
     if (!springls__has_bodies(tiling, SPRINGLS__AWAKE_BODIES)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__clear_marks(tiling));
     for (i = 0; i < tiling->count; i++)
@@ -220,7 +220,7 @@ SPRINGLS__FN springls_status springls__rouse_bodies(springls_tiling *tiling, boo
         if (!springls__is_marked(tiling, &tiling->body[i])) continue;
         rest->beside = rest->looks = true;
         if (rest->put) continue;
-        *roused = *roused || !rest->awake;
+        *woken = *woken || !rest->awake;
         rest->awake = true;
     }
     return SPRINGLS_OK;

@@ -194,7 +194,7 @@ SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, sprin
     return SPRINGLS_OK;
 }
 
-/* Returns whether what springls face, if the model has that, are labels that there may be. */
+/* Returns whether the labels that springls face are valid; true without the attribute. */
 SPRINGLS__FN bool springls__facing_good(const springls__snapshot_state *state, const springls__layout *layout, const char *block)
 {
     int a, i;
@@ -237,7 +237,7 @@ SPRINGLS__FN springls_status springls__prepare_body(springls_tiling *tiling, spr
     return status == SPRINGLS_OK ? status : springls__body_failed(tiling, status, call, model->label, body->ctx);
 }
 
-/* Lists the bodies of a block, those that there are with their models, others with new ones. */
+/* Lists the bodies of a block: a body whose label the tiling has keeps its model, any other gets a new model. */
 SPRINGLS__FN springls_status springls__list_restored(springls_tiling *tiling, const springls__tiling_block *read,
                                                      springls__tiling_body *body)
 {

@@ -234,7 +234,8 @@ SPRINGLS__FN springls_status springls__find_vanished(springls_tiling *tiling, co
     return status;
 }
 
-/* Puts the bodies that have vanished behind the others, so that no wall is made with them. Two sheets of theirs may be left. */
+/* Puts bodies that have vanished behind the others in the list, so that no wall is made with a vanished body, though two sheets of it may
+   be left. */
 SPRINGLS__FN springls_status springls__set_vanished_aside(springls_tiling *tiling, const char *call)
 {
     int i, k;
@@ -301,12 +302,12 @@ SPRINGLS__FN bool springls__looks_now(const springls_tiling *tiling, const sprin
 }
 
 /* Wakes the bodies beside which something stirs, and lets them make their own step, in which nothing of them changes. */
-SPRINGLS__FN springls_status springls__rouse_beside(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
+SPRINGLS__FN springls_status springls__step_woken(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
-    bool roused;
+    bool woken;
     int i;
-    SPRINGLS__TRY(springls__rouse_bodies(tiling, &roused));
-    for (i = 0; i < tiling->count && roused; i++) {
+    SPRINGLS__TRY(springls__wake_beside_stirring(tiling, &woken));
+    for (i = 0; i < tiling->count && woken; i++) {
         springls__tiling_body *body = &tiling->body[i];
         if (!body->rest.awake || body->backup_size) continue;
         body->status = springls__back_up(tiling, body, NULL);
@@ -324,7 +325,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     springls__pair_list pairs;
     if (tiling->steps % SPRINGLS__MIRROR_PERIOD == 0) {
         SPRINGLS__TRY(springls__mirror_walls(tiling, call, &report->mirrored));
-        SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+        SPRINGLS__TRY(springls__step_woken(tiling, call, desc));
     }
     if (!springls__looks_now(tiling, desc)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__draw_sheets(tiling, call, desc));
@@ -334,7 +335,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
-/* Fails where the time of a body is so large that the step would not change it: those that only count are not backed up. */
+/* Fails if the time of a resting body is so large that adding dt does not change it: resting bodies have no backup to go back to. */
 SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     int i;
@@ -361,7 +362,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     SPRINGLS__TRY(springls__find_facing(tiling, call));
     if (springls__has_films(desc)) SPRINGLS__TRY(springls__pull_films(tiling, call, desc));
     SPRINGLS__TRY(springls__for_some(tiling, call, SPRINGLS__AWAKE_BODIES, springls__step_body, desc));
-    SPRINGLS__TRY(springls__rouse_beside(tiling, call, desc));
+    SPRINGLS__TRY(springls__step_woken(tiling, call, desc));
     SPRINGLS__TRY(springls__set_vanished_aside(tiling, call));
     tiling->steps++;
     springls__count_idle(tiling);

@@ -330,8 +330,8 @@ SPRINGLS__FN void springls__add_wall_edge(const springls__walls_job *job, const 
     walls->edge_count++;
 }
 
-/* Counts the triangles and edges or, where there is room for them, writes them. Those that would need cubes beyond the outermost voxels are
-   left out. False: there are more than int counts. */
+/* Counts the triangles and edges or, if there is room, writes them; triangles that would need cubes beyond the outermost voxels are left
+   out. Returns false if there are more than an int counts. */
 SPRINGLS__FN bool springls__add_walls(const springls__walls_job *job, springls_walls *walls)
 {
     int at[3], axis;

@@ -112,7 +112,7 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
     return SPRINGLS__OFF_SURFACE;
 }
 
-/* Returns how a springl lies to the other's surface: to the nearest of its triangles, and to its level set where there are none.
+/* Returns how a springl lies to the other solid's surface: to the nearest triangle of that solid or, without triangles, to its level set.
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
@@ -881,8 +881,8 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Begins to combine checked operands, in windows that suit; a copy of the other where it has another window, or springls that its phi
-   has not followed. owned: the other, or NULL. */
+/* Begins to combine checked operands. The other operand is copied first if it lies in another window, or if its phi lags behind its
+   springls. owned: the other operand if the combination is to destroy it, or NULL. */
 SPRINGLS__FN springls_status springls__combine_begin(springls_context *ctx, springls_operation operation, springls_context *other,
                                                      springls_context *owned)
 {

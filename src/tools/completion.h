@@ -17,14 +17,14 @@
 
 /* ---- what is awake already ---- */
 
-/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
-   it cuts, however many came before it without a step between. */
+/* An edit completes the bricks that it has changed, and leaves bricks that earlier edits have woken to the next step. So an edit costs
+   what it cuts, however many edits came before it without a step between. */
 
-/* The calm of all slots while a combination, or a pass over its gaps, has its own, and the bricks that they had. */
+/* Keeps the counts of calm steps of all slots, and the bricks of the slots, while a combination or a pass over its gaps counts anew. */
 typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
 
-/* Puts the calm of the model aside: all of it is asleep, until what follows ends the calm of what it changes. Where nothing may sleep it
-   does nothing. */
+/* Puts the counts of calm steps aside, so that the whole model is asleep: what is done next wakes only what it changes. Does nothing if
+   bricks may not sleep. */
 SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
 {
     const springls__grid *g = &ctx->model.grid;

@@ -19,9 +19,9 @@ typedef struct springls__follow_job {
     uint8_t *action; /* KEEP or REMOVE, a springl */
 } springls__follow_job;
 
-#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from those that face like it is of a part of its own */
+#define SPRINGLS__ISOLATED 3.0f /* voxels: a springl further from all that face like it is a part of its own */
 
-/* Draws a springl onto the zero level of the new level set. Returns false where that is out of reach, or faces another way. */
+/* Draws a springl onto the new zero level. Returns false if the zero level is out of reach, or faces another way. */
 SPRINGLS__FN bool springls__draw_to_level_set(const springls__follow_job *job, springls__springl *s)
 {
     const springls__grid *g = &job->other->model.grid;

@@ -167,3 +167,20 @@ imaging:   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or 
 	  $(call quoted,labels,$(LABELS)) $(call quoted,label,$(LABEL)) $(call quoted,series,$(SERIES)) \
 	  $(call quoted,series-labels,$(SERIES_LABELS)) $(call quoted,landmarks,$(LANDMARKS)) $(call quoted,subjects,$(SUBJECTS)) \
 	  $(call quoted,backend,$(BACKEND)) $(call quoted,page,$(PAGE)) $(if $(filter 1,$(KEEP)),--keep)
+
+# Programs whose library has its tuned constants from the environment: only its one file is compiled again.
+CONSTANTS_PROGRAMS := leveque zalesak csg foam
+build/constants/springls.h: tests/bench/constants.py build/embed $(PARTS_FILES) $(wildcard kernels_embed/*/*.cl) | set-up
+	@rm -rf build/constants && mkdir -p build/constants && cp -r src kernels_embed build/constants
+	@tests/bench/constants.py parts build/constants
+	@cd build/constants && ../embed src/springls_parts.h kernels_embed/device/entry_points.cl > springls.h && cp ../../springls_cl.h .
+build/constants/implementation.o: examples/common/springls/implementation.c build/constants/springls.h
+	$(SAY)$(CC) $(filter-out $(WARNINGS),$(EXAMPLE_FLAGS)) -O2 -Ibuild/constants -c -o $@ $<
+define constants_rule
+build/constants/$(1): build/constants/implementation.o $(call objects,$(1)) $(call folder_archives,$($(1)_USES))
+	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) -o $$@ $$^ $($(1)_LIBS) $(call folder_libs,$($(1)_USES))
+endef
+$(foreach p,$(CONSTANTS_PROGRAMS),$(eval $(call constants_rule,$(p))))
+constants: deps-examples   ## docs/constants.md: each tuned constant at half and twice its value (ONLY=NAME; PAGE=docs/constants.md)
+	@$(MAKE) --no-print-directory $(CONSTANTS_PROGRAMS:%=build/constants/%)
+	@tests/bench/constants.py measure build/constants $(ONLY) $(if $(PAGE),> $(PAGE))
