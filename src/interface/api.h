@@ -1147,10 +1147,11 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 typedef struct springls_tiling springls_tiling;
 
 #ifndef SPRINGLS_NO_TILINGS
-/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; follow and window have to be zero;
-   progress and trace are not called. Where tasks are given, and no backend, bodies are worked on side by side: allocator and logger are
-   then called from several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. With a
-   backend bodies take turns on it, and walls are worked on on the host. Results do not depend on either. On failure *out is NULL, and the logger has the reason. */
+/* Creates a tiling without bodies. desc: as for springls_create, and for every body alike; follow and window have to be zero; progress and
+   trace are not called. Where tasks are given, and no backend, bodies are worked on side by side: allocator and logger are then called from
+   several threads at once, and tasks.parallel_for from within its tasks, as that of springls_threads may be. With a backend bodies take
+   turns on it, and walls are worked on on the host. Results do not depend on either. On failure *out is NULL, and the logger has the
+   reason. */
 SPRINGLS_API springls_status springls_tiling_create(const springls_desc *desc, springls_tiling **out);
 
 /* Frees the tiling and all of its bodies; NULL is allowed. */

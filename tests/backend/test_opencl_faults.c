@@ -642,7 +642,8 @@ TEST a_step_of_a_tiling_fails(int on)
         ASSERT(before == springls_tiling_state_hash(tiling));
         first = stub->calls(NULL);
         if (k >= 0)
-            stub->fail(NULL, first + (2 * k + 1) * calls / (2 * PLACES), on ? CL_DEVICE_NOT_AVAILABLE : CL_MEM_OBJECT_ALLOCATION_FAILURE, on);
+            stub->fail(NULL, first + (2 * k + 1) * calls / (2 * PLACES), on ? CL_DEVICE_NOT_AVAILABLE : CL_MEM_OBJECT_ALLOCATION_FAILURE,
+                       on);
         ASSERT_STATUS(k < 0 ? SPRINGLS_OK : SPRINGLS_DEVICE_FAILED, fault_tiling_step(tiling));
         if (k < 0) calls = stub->calls(NULL) - first;
         stub->fail(NULL, 0, CL_SUCCESS, 0);
