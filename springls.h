@@ -133,7 +133,7 @@
 
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
-                                                   springls around it came from. Where no springl is near and the surface may
+                                                   springls around it came from. If no springl is near and the surface may
                                                    have passed, the neighbouring voxels decide the side.
                                                    After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
@@ -272,7 +272,7 @@
      params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
        carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
                                        max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
-       carry_level_set = 0             Only phi moves. Where no springl is near, each iteration of eq. 23 moves it by evolve_step
+       carry_level_set = 0             Only phi moves. If no springl is near, each iteration of eq. 23 moves it by evolve_step
                                        lambda times the curvature; near springls it comes to rest lambda times the curvature
                                        away from them
 
@@ -1144,7 +1144,7 @@ extern "C" {
      (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
      where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
-   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
+   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed if the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
    - With ctx = NULL a function returns INVALID_ARGUMENT, 0 or NULL, or does nothing.
    - Every function that returns a springls_status may return INVALID_ARGUMENT (a NULL that is not allowed, a number out of
@@ -1541,11 +1541,11 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
-/* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
+/* Takes the present model as the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
-/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+/* Takes a mesh as the original surface of the present model: phi_ref is its signed distance, and material coordinates number
    its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
    coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
    bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
@@ -1681,7 +1681,7 @@ SPRINGLS_API springls_status springls_resample(springls_context *ctx);
 /* Moves phi towards the springls by one step (eq. 21-23). */
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
 
-/* Makes phi a distance again, and moves the narrow band with its zero level. */
+/* Turns phi into a distance again, and moves the narrow band with its zero level. */
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
 
 /* Adds springls where the zero level is bare, and tracks them (section 4.4). */
@@ -2020,7 +2020,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
 #ifndef SPRINGLS_NO_QUERIES
-/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
+/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; if the spacing is not uniform
    that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
 
@@ -2157,7 +2157,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of
+/* Holds estimates of two errors, world units; if the spacing is not uniform, as if all errors were along the longest. On the motions of
    the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS OF PLACE). Included are errors of splits and fills, of
    Runge-Kutta steps and of rounding, not those of forces nor of SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -2213,7 +2213,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  const int *triangles, int triangle_count, const float *values, int channels,
                                                  int *neighbors);
 
-/* Interpolates values at `count` material coordinates, `channels` floats each, zeros where there is no triangle. values:
+/* Interpolates values at `count` material coordinates, `channels` floats each, zeros if there is no triangle. values:
    rows of `channels` floats, one a corner of the original surface, or one a vertex when `triangles` has its 3 indices a
    triangle (NULL: corners). Needs no context. INVALID_ARGUMENT: a place is not below triangle_count; the indices in
    `triangles` are not checked. */
@@ -2477,9 +2477,9 @@ typedef struct springls_tiling_report {
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
-/* Makes one body, of the first label, of two that share a wall, which goes; springls elsewhere keep correspondences and attributes, on both
-   original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film joins
-   bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
+/* Joins two bodies that share a wall into one, of the first label, which goes; springls elsewhere keep correspondences and attributes, on
+   both original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film
+   joins bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
    as before. */
 SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other);
 
@@ -2593,7 +2593,7 @@ typedef struct springls_stats {
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
 /* Holds measures of the mesh of springls_extract_mesh, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the mesh's; 0 where there is none. */
+   coverage: the springls' area over the mesh's; 0 if there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];
@@ -3491,7 +3491,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
+/* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
@@ -5070,7 +5070,7 @@ SPRINGLS__MATHS size_t springls__entry_count(const springls__grid *g)
 }
 
 /* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
-   springls__neighbor_mask_of_row; false where there is none. */
+   springls__neighbor_mask_of_row; false if there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
 {
     at[0] = origin[0] + 8 * (d % 3 - 1);
@@ -5599,7 +5599,7 @@ SPRINGLS__INNER springls__fit_equation springls__fit_equation_of(const springls_
     return e;
 }
 
-/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+/* Adds a particle with its normal and correspondence. Returns false if it is too far, faces elsewhere, or lies on another
    sheet: weight 0 changes nothing. */
 SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
@@ -5685,7 +5685,7 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *
     return s;
 }
 
-/* Returns the surface that springls__fit_solve finds; not ok where there is none. */
+/* Returns the surface that springls__fit_solve finds; not ok if there is none. */
 SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)
 {
     const springls__fit_solution s = springls__fit_solve(fit);
@@ -6018,7 +6018,7 @@ SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, con
     return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);
 }
 
-/* Returns true where there is a sigma of eq. 1. */
+/* Returns true if there is a sigma of eq. 1. */
 SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 {
     return rule->has_velocity || rule->velocity.channels != 0;
@@ -6597,7 +6597,7 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* Does the work of the elements begin <= i < end. memory: the floats of its lane (launch.h); NULL where the loop needs none. */
+/* Does the work of the elements begin <= i < end. memory: the floats of its lane (launch.h); NULL if the loop needs none. */
 typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
 
 /* A loop that is run in pieces; floats: of memory for each lane (launch.h); piece: elements of the last piece; pace:
@@ -6673,7 +6673,7 @@ typedef struct springls__stepping {
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
-    float time_left;        /* of dt; 0 where the step is not cut into sub-steps, and at its end                */
+    float time_left;        /* of dt; 0 if the step is not cut into sub-steps, and at its end                   */
     float longest_substep;  /* that the force permits                                                           */
     float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */
@@ -8338,7 +8338,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule r
     return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
 }
 
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 if there is none. */
 typedef struct SPRINGLS__W(edges) {
     float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
 } SPRINGLS__W(edges);
@@ -8522,7 +8522,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule r
     return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
 }
 
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 if there is none. */
 typedef struct SPRINGLS__W(edges) {
     float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
 } SPRINGLS__W(edges);
@@ -9366,7 +9366,7 @@ SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample
     return result;
 }
 
-/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+/* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
@@ -9405,7 +9405,7 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
     return all;
 }
 
-/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */
+/* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */
 SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
 {
     springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
@@ -9787,7 +9787,7 @@ SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__
     return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
 }
 
-/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
+/* Gives springl i an equilateral triangle about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
    share reach across creases, and turn it too far. A masked one keeps its own. */
 SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {
@@ -10417,7 +10417,7 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
                              (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
 }
 
-/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+/* Marching cubes of an active brick: cells from -1 if the brick is at the lower border of the domain, so that the
    closing surface half a voxel outside is met too. */
 typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
 
@@ -10549,7 +10549,7 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     }
 }
 
-/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
+/* Turns the exposed triangles of active brick i into springls; their correspondences are their own places. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
@@ -10735,7 +10735,7 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of
+/* Returns the weights of a springl at voxels of a row, 0 if the nearest springl does not face about the same way: there it is of
    another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */
 SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,
                                                               SPRINGLS__LOCAL const float *sums,
@@ -10867,7 +10867,7 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
-/* Returns the box of the places that springls at an edge may be near; empty where there are none. */
+/* Returns the box of the places that springls at an edge may be near; empty if there are none. */
 SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -10901,7 +10901,7 @@ SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, con
     return false;
 }
 
-/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 if
    there is none. */
 SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                             int v, springls__v3 x)
@@ -11625,14 +11625,14 @@ SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t vo
     return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
-/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 if no springl is near. */
 SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
 {
     if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* Makes phi of active brick i a distance: omega with the sign of phi. */
+/* Turns phi of active brick i into a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {
@@ -12139,7 +12139,7 @@ SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at
     return (part->found[word] & bit) != 0u;
 }
 
-/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
+/* Adds a voxel, unless the part has it; returns false if the part would be too wide. */
 SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])
 {
     int axis, word;
@@ -13051,7 +13051,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
     return own;
 }
 
-/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
+/* Finds the signs of the four rows of voxels around a row of cubes; false if all are the same. */
 SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
 {
     uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
@@ -14576,7 +14576,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Returns true where the bricks of the level set are gone while there are springls: a moved window has left them all behind. */
+/* Returns true if the bricks of the level set are gone while there are springls: a moved window has left them all behind. */
 SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
 {
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
@@ -14689,7 +14689,7 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
-/* Joins two trees of a forest; the lower root stays a root. Returns false where they are one tree already. */
+/* Joins two trees of a forest; the lower root stays a root. Returns false if they are one tree already. */
 SPRINGLS__FN bool springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
     a = springls__find_root(parent, a);
@@ -15077,7 +15077,7 @@ SPRINGLS__FN springls__arguments springls__count_flags(springls_context *ctx)
     return chunks;
 }
 
-/* Makes the flagged bricks active, and no others. New ones are filled with the constant that they had; those dropped become constant. */
+/* Activates the flagged bricks, and no others. New ones are filled with the constant that they had; those dropped become constant. */
 SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx, springls__arguments chunks)
 {
     springls__grid *g = &ctx->model.grid;
@@ -15522,7 +15522,7 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
    is. Stages make such bricks active first (cell_bricks.h), readers for the time of reading (solver/follow.h). */
 
-/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become too large, or is no
+/* Finds the largest bounding radius after triangles have changed. Returns false if a springl has become too large, or is no
    longer, or is outside: the list is to be built anew then. */
 SPRINGLS__FN bool springls__update_radii(springls_context *ctx)
 {
@@ -15919,7 +15919,7 @@ SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, 
     }
 }
 
-/* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
+/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f
@@ -16191,7 +16191,7 @@ SPRINGLS__FN void springls__region_box(const springls_context *ctx, const spring
     }
 }
 
-/* Finds the region that forces act in: everywhere where none is given. */
+/* Finds the region that forces act in: everywhere if none is given. */
 SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const springls_forces *forces, springls__motion *motion)
 {
     motion->has_region = springls__has_region(forces);
@@ -16579,7 +16579,7 @@ SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int tr
     }
 }
 
-/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL where all below is too
+/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL if all below is too
    far. */
 SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
 {
@@ -16840,7 +16840,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
 }
 
 /* Returns the springls around x that face the same way as n (both in model coordinates), those with the correspondences nearest
-   to a, with their weights. bounding_radius: of the springl at x, voxels. Where none face that way, the nearest of all. */
+   to a, with their weights. bounding_radius: of the springl at x, voxels. If none face that way, the nearest of all. */
 SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search,
                                                                                 springls__v3 x, springls__v3 n, springls__v3 a,
                                                                                 float bounding_radius)
@@ -16886,7 +16886,7 @@ SPRINGLS__FN void springls__interpolate_blended(const springls__attribute *attri
             out[c] += sources->weight[i] * springls__values_of(attribute, sources->index[i])[c];
 }
 
-/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
+/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros if there are none. */
 SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
                                               const springls__interpolation_sources *sources, bool blend, float *out)
 {
@@ -17251,7 +17251,7 @@ SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns true where the bricks that are awake may have become others by the last motion. */
+/* Returns true if the bricks that are awake may have become others by the last motion. */
 SPRINGLS__FN bool springls__may_wake(const springls_context *ctx) { return !(ctx->motion.none && ctx->at_rest); }
 
 static const springls__entry springls__count_calm[] = {
@@ -17949,7 +17949,7 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, const int a
     return best;
 }
 
-/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 if phi is flat. */
 SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, const int voxel[3])
 {
     const int longest = 32; /* voxels: more than any band is wide */
@@ -18032,7 +18032,7 @@ typedef struct springls__hit { float t, own_weight, weight; int springl; } sprin
 /* A hit on a row: that is 192 times its brick, and the row there. */
 typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
 
-/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
+/* Where the surface meets a grid edge. n: 0 if nothing is known but a change of side. side: 1 leaves the body along the axis, -1
    enters. springl: the one that counts most; -1: none. */
 typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;
 
@@ -18049,11 +18049,11 @@ typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corner
 /* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
    8 row + place along the axis; its faces by 512 axis + node. */
 typedef struct springls__surface_brick {
-    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
+    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 if not all of it is in the domain */
     int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
-    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */
     uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
@@ -18177,7 +18177,7 @@ SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS
 /* Returns the cosine of half the angle of a crease, and a little more. */
 SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }
 
-/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
+/* Returns whether some springls near a box are perhaps across a crease from each other: false if all their normals, or the opposite
    ones, are within half the angle of a crease of one. */
 SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
                                            springls__v3 lower, springls__v3 upper)
@@ -18918,7 +18918,7 @@ SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int
     return runs;
 }
 
-/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
+/* Takes some of n hits, which weigh little, as a run: better than none, where the side changes. Returns 1 if there are any. */
 SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
 {
     int k, best = -1;
@@ -19229,7 +19229,7 @@ SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const spri
     return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);
 }
 
-/* Makes crossings i and j of the border an arc. */
+/* Joins crossings i and j of the border by an arc. */
 SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
 {
     springls__arc arc;
@@ -20252,7 +20252,7 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
     }
 }
 
-/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
+/* Finds the triangles of the cell that begins at a node. Returns false if some cross. */
 SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                          const int of_node[3], springls__cell_work *work)
 {
@@ -20895,7 +20895,7 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
     return true;
 }
 
-/* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
+/* Simplifies the cells in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
    Counts those cells (springls__found_some): arcs and patches are to be made again in the bricks around them. */
 SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
@@ -20991,7 +20991,7 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
     return SPRINGLS_OK;
 }
 
-/* Makes the normals of vertices unit vectors: where springls give none, as where a change of side is all that is known, the gradient of phi
+/* Normalises the normals of vertices: where springls give none, as where a change of side is all that is known, the gradient of phi
    is it; where phi has none either, the areas of the triangles around. */
 SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__raw_mesh *mesh)
 {
@@ -21233,7 +21233,7 @@ typedef struct springls__surface_part {
     bool cavity, met;
 } springls__surface_part;
 
-/* Returns true where components are those of the mesh of what springls hold. */
+/* Returns true if components are those of the mesh of what springls hold. */
 SPRINGLS__FN bool springls__contours_springls(const springls_context *ctx)
 {
     return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS;
@@ -22061,7 +22061,7 @@ static const springls__entry springls__fill_gaps[] = {
 SPRINGLS__END };
 
 /* ======== >>rebuild  (src/stages/rebuild.h) ==================================================================== */
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface.
+/* rebuild.h - turns phi into a distance again, and moves the narrow band with the surface.
 
    Why: steps change phi near its zero level only, and eq. 23, the capsules and the band itself count on |phi| as a distance. The voxels
    beside the zero level come first: phi over its slope, which leaves the zero level where it is (subvoxel). Each sweep then carries
@@ -22497,7 +22497,7 @@ SPRINGLS__FN void springls__resolve_args(const springls_context *ctx, springls__
     args->resolve.min_sum = args->resolve.last ? 0.0f : sure;
 }
 
-/* Makes the memory of omega a third field; omega is found again when it is next used. */
+/* Uses the memory of omega as a third field; omega is found again when it is next used. */
 SPRINGLS__FN springls_status springls__lend_omega(springls_context *ctx)
 {
     springls__omega_constant(ctx, ctx->model.grid.far_value, -ctx->model.grid.far_value);
@@ -22720,7 +22720,7 @@ SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool seco
     }
 }
 
-/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+/* Finds the middle between the components of the items, voxels; false if they are not within 16 voxels. */
 SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
 {
     const float furthest = 16.0f;
@@ -24743,7 +24743,7 @@ SPRINGLS__FN double springls__column_product(const double *m, int a, int b)
     return m[a] * m[b] + m[4 + a] * m[4 + b] + m[8 + a] * m[8 + b];
 }
 
-/* Finds the grid's metric, where its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
+/* Finds the grid's metric, if its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
    spacing becomes an upper bound of the length of a unit vector of voxels, by the row sums of J'J. */
 SPRINGLS__FN void springls__find_metric(springls_context *ctx)
 {
@@ -24957,7 +24957,7 @@ SPRINGLS_API bool springls_fp_contract_detected(void)
 /* shapes.h - computes the signed distances of simple shapes, for springls_set_implicit. They are exact, except inside of merged
    spheres near a point that three of them share: there the value is a lower bound. */
 
-/* Makes all distances NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
+/* Sets all distances to NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
 SPRINGLS__FN void springls__spoil_unless_finite(const void *shape, size_t bytes, float *out, int count)
 {
     const float *numbers = (const float *)shape;
@@ -25318,7 +25318,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
+/* Returns true if phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
    less than 1 by a tenth at a crease of 50 degrees, and by less where a smooth surface bends with a radius of three voxels. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
@@ -25464,7 +25464,7 @@ SPRINGLS__FN bool springls__block_is_near(const springls__distance_job *job)
     return true;
 }
 
-/* Returns false where all of a block is outside and far from the surface: by the distance at its center, where that is a distance
+/* Returns false if all of a block is outside and far from the surface: by the distance at its center, where that is a distance
    everywhere. */
 SPRINGLS__FN bool springls__may_have_surface(const springls__distance_job *job)
 {
@@ -25839,7 +25839,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Makes phi a distance in voxels after springls__set_from_distance by a distance of the world, which is none where the spacing is not
+/* Turns phi into a distance in voxels after springls__set_from_distance by a distance of the world, which is none if the spacing is not
    uniform. */
 SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
 {
@@ -26084,7 +26084,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 
 typedef struct springls__implicit_job { springls_context *ctx; springls_implicit_fn fn; void *user; } springls__implicit_job;
 
-/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound where the spacing is not uniform. */
+/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound if the spacing is not uniform. */
 SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__implicit_job *job = (const springls__implicit_job *)arg;
@@ -26341,7 +26341,7 @@ SPRINGLS__FN float springls__packet_apart2(const springls__packet *packet, const
     return dx * dx + dy * dy + dz * dz;
 }
 
-/* Returns true where a triangle's box is further from place i than what has been found, by more than all rounding errors: without SIMD,
+/* Returns true if a triangle's box is further from place i than what has been found, by more than all rounding errors: without SIMD,
    where a place alone is worth it. (d + slack)^2 is at most 1.01 d^2 + 101 slack^2. */
 SPRINGLS__FN bool springls__packet_passes(const springls__packet_search *search, int triangle, int i)
 {
@@ -26693,7 +26693,7 @@ SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, cons
     }
 }
 
-/* Signs the distances of the voxels of a brick to an open surface. sides: of its blocks, 0 where they are not known. */
+/* Signs the distances of the voxels of a brick to an open surface. sides: of its blocks, 0 if they are not known. */
 SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
                                              const float sides[SPRINGLS__MESH_BLOCKS], float *out)
 {
@@ -28072,7 +28072,7 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Fails where the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
+/* Fails if the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
 SPRINGLS__FN springls_status springls__mesh_find_inside(springls_context *ctx)
 {
     if (springls__has_inside(&ctx->model.grid)) return SPRINGLS_OK;
@@ -28648,7 +28648,7 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Lists the candidates of a box. Returns false where each vertex needs a search of its own: there are too many, some at a sharp
+/* Lists the candidates of a box. Returns false if each vertex needs a search of its own: there are too many, some at a sharp
    edge, or of bodies that stay apart. */
 SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {
@@ -29595,7 +29595,7 @@ SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Makes brick `brick` of the table one of the new contour, without contents. */
+/* Adds brick `brick` of the table to the new contour, without contents. */
 SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_context *ctx, const springls__contour_chunks *c,
                                                                 const springls__surface_brick *table, int brick)
 {
@@ -30921,7 +30921,7 @@ SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int en
             springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
 }
 
-/* Fails where a chunk has more vertices than 16 bits can number. */
+/* Fails if a chunk has more vertices than 16 bits can number. */
 SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const springls_chunks *c)
 {
     int i;
@@ -31859,7 +31859,7 @@ SPRINGLS__FN springls__lod_hit springls__closest_to_vertex(springls__lod_work *w
     return best;
 }
 
-/* Makes an edge between vertices a and b the closest place to vertex i, where it is closer. */
+/* Takes the edge between vertices a and b as the closest place to vertex i, where it is closer. */
 SPRINGLS__FN void springls__closest_on_edge(const springls__lod_work *w, int i, int a, int b, springls__lod_hit *best)
 {
     const springls__v3 x = w->vertex[i].x, from = w->vertex[a].x, along = springls__sub(w->vertex[b].x, from);
@@ -32036,7 +32036,7 @@ SPRINGLS__FN size_t springls__lod_starts(springls__lod_job *job, int count)
     return job->start[count];
 }
 
-/* Works on all chunks, in memory for the largest batch: where there is none, nothing has been written. */
+/* Works on all chunks, in memory for the largest batch: if there is none, nothing has been written. */
 SPRINGLS__FN springls_status springls__lod_batches(springls_context *ctx, springls__lod_job *job, springls_lod *lod, int count)
 {
     size_t most = 0, bytes;
@@ -32565,7 +32565,7 @@ SPRINGLS__FN springls_status springls__make_contour_hierarchy(springls_context *
     return springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles);
 }
 
-/* Makes ready what the mesh is made from. Phi must have followed. */
+/* Prepares what the mesh is made from. Phi must have followed. */
 SPRINGLS__FN springls_status springls__prepare_contour(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -32830,7 +32830,7 @@ SPRINGLS__FN bool springls__list_within(const springls_context *ctx, const sprin
     return nearby->bricks < SPRINGLS__MOST_NEARBY;
 }
 
-/* Finds the place closest to a point of the world, x in model coordinates, on the parts of the mesh that are near. found: false where they
+/* Finds the place closest to a point of the world, x in model coordinates, on the parts of the mesh that are near. found: false if they
    would be too many. */
 SPRINGLS__FN springls_status springls__search_nearby(springls_context *ctx, const float *point, springls__v3 x, springls__surface_hit *hit,
                                                      bool *found)
@@ -32926,7 +32926,7 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     }
 }
 
-/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
+/* Returns the gradient of the distance at a world point if the spacing is not uniform and phi has the gradient g: of unit length
    within the band. */
 SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
 {
@@ -33190,7 +33190,7 @@ typedef struct springls__hit_query {
     float max_distance; /* world units */
     bool cells;         /* the cell list is fresh */
     bool contour;       /* the mesh of what springls hold is searched */
-    const springls__surface *surface; /* that is searched, where it has a hierarchy */
+    const springls__surface *surface; /* that is searched, if it has a hierarchy */
     springls_hit *out;
 } springls__hit_query;
 
@@ -35236,7 +35236,7 @@ SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
     return n;
 }
 
-/* Returns whether springls lack a list. neighbors_missing may be set where none does: a device does not wait to find out. */
+/* Returns whether springls lack a list. neighbors_missing may be set if none does: a device does not wait to find out. */
 SPRINGLS__FN bool springls__neighbors_are_missing(const springls_context *ctx)
 {
     int i;
@@ -35675,7 +35675,7 @@ SPRINGLS__FN bool springls__neighbors_good(const springls__snapshot_state *s, co
                                  3 * s->springls - 1);
 }
 
-/* Returns whether an older block's rows of neighbors name springls that there are. Where none were found yet, the rest of a row may be
+/* Returns whether an older block's rows of neighbors name springls that there are. If none were found yet, the rest of a row may be
    anything: older versions left it as it was in memory. */
 SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s, const char *data)
 {
@@ -36320,7 +36320,7 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context
                           (unsigned long)capacity);
 }
 
-/* Makes the words of the snapshot from those of the base and of the difference. Returns false where the difference is damaged. */
+/* Makes the words of the snapshot from those of the base and of the difference. Returns false if the difference is damaged. */
 SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, const char *delta, size_t bytes, char *out, size_t words)
 {
     size_t at = 0, place = SPRINGLS__DELTA_HEAD_BYTES;
@@ -37350,7 +37350,7 @@ static const char *const springls__kernel_lines[] = {
     "/* fit_new_springls: the number of the first new springl. */\n",
     "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
     "\n",
-    "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
+    "/* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
@@ -38922,7 +38922,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of\n",
-    "   springls__neighbor_mask_of_row; false where there is none. */\n",
+    "   springls__neighbor_mask_of_row; false if there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
     "{\n",
     "    at[0] = origin[0] + 8 * (d % 3 - 1);\n",
@@ -39449,7 +39449,7 @@ static const char *const springls__kernel_lines[] = {
     "    return e;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "/* Adds a particle with its normal and correspondence. Returns false if it is too far, faces elsewhere, or lies on another\n",
     "   sheet: weight 0 changes nothing. */\n",
     "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
     "{\n",
@@ -39535,7 +39535,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Returns the surface that springls__fit_solve finds; not ok where there is none. */\n",
+    "/* Returns the surface that springls__fit_solve finds; not ok if there is none. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)\n",
     "{\n",
     "    const springls__fit_solution s = springls__fit_solve(fit);\n",
@@ -39866,7 +39866,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);\n",
     "}\n",
     "\n",
-    "/* Returns true where there is a sigma of eq. 1. */\n",
+    "/* Returns true if there is a sigma of eq. 1. */\n",
     "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
     "{\n",
     "    return rule->has_velocity || rule->velocity.channels != 0;\n",
@@ -41550,7 +41550,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
     "}\n",
     "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 if there is none. */\n",
     "typedef struct SPRINGLS__W(edges) {\n",
     "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
     "} SPRINGLS__W(edges);\n",
@@ -41734,7 +41734,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
     "}\n",
     "\n",
-    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 if there is none. */\n",
     "typedef struct SPRINGLS__W(edges) {\n",
     "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
     "} SPRINGLS__W(edges);\n",
@@ -42575,7 +42575,7 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
+    "/* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */\n",
     "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
     "                                             int known, springls__fit_result *result)\n",
     "{\n",
@@ -42614,7 +42614,7 @@ static const char *const springls__kernel_lines[] = {
     "    return all;\n",
     "}\n",
     "\n",
-    "/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */\n",
+    "/* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */\n",
     "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)\n",
     "{\n",
     "    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;\n",
@@ -42993,7 +42993,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);\n",
     "}\n",
     "\n",
-    "/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its\n",
+    "/* Gives springl i an equilateral triangle about its particle, with short arms, for relax and for finding its neighbors: arms as long as its\n",
     "   share reach across creases, and turn it too far. A masked one keeps its own. */\n",
     "SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
@@ -43620,7 +43620,7 @@ static const char *const springls__kernel_lines[] = {
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
     "\n",
-    "/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the\n",
+    "/* Marching cubes of an active brick: cells from -1 if the brick is at the lower border of the domain, so that the\n",
     "   closing surface half a voxel outside is met too. */\n",
     "typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;\n",
     "\n",
@@ -43751,7 +43751,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */\n",
+    "/* Turns the exposed triangles of active brick i into springls; their correspondences are their own places. */\n",
     "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
@@ -43935,7 +43935,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of\n",
+    "/* Returns the weights of a springl at voxels of a row, 0 if the nearest springl does not face about the same way: there it is of\n",
     "   another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,\n",
     "                                                              SPRINGLS__LOCAL const float *sums,\n",
@@ -44067,7 +44067,7 @@ static const char *const springls__kernel_lines[] = {
     "                springls__take_into_rows(oriented[k], origin, model->group, take, sums);\n",
     "}\n",
     "\n",
-    "/* Returns the box of the places that springls at an edge may be near; empty where there are none. */\n",
+    "/* Returns the box of the places that springls at an edge may be near; empty if there are none. */\n",
     "SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -44101,7 +44101,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where\n",
+    "/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 if\n",
     "   there is none. */\n",
     "SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                                            int v, springls__v3 x)\n",
@@ -44822,14 +44822,14 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
     "}\n",
     "\n",
-    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */\n",
+    "/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 if no springl is near. */\n",
     "SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)\n",
     "{\n",
     "    if (model->grid.omega[voxel] >= model->params.capture_range) return 0;\n",
     "    return model->grid.phi[voxel] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* Makes phi of active brick i a distance: omega with the sign of phi. */\n",
+    "/* Turns phi of active brick i into a distance: omega with the sign of phi. */\n",
     "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -45332,7 +45332,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (part->found[word] & bit) != 0u;\n",
     "}\n",
     "\n",
-    "/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */\n",
+    "/* Adds a voxel, unless the part has it; returns false if the part would be too wide. */\n",
     "SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])\n",
     "{\n",
     "    int axis, word;\n",
@@ -46239,7 +46239,7 @@ static const char *const springls__kernel_lines[] = {
     "    return own;\n",
     "}\n",
     "\n",
-    "/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */\n",
+    "/* Finds the signs of the four rows of voxels around a row of cubes; false if all are the same. */\n",
     "SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])\n",
     "{\n",
     "    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;\n",
@@ -46622,7 +46622,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A hit on a row: that is 192 times its brick, and the row there. */\n",
     "typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;\n",
     "\n",
-    "/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1\n",
+    "/* Where the surface meets a grid edge. n: 0 if nothing is known but a change of side. side: 1 leaves the body along the axis, -1\n",
     "   enters. springl: the one that counts most; -1: none. */\n",
     "typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;\n",
     "\n",
@@ -46639,11 +46639,11 @@ static const char *const springls__kernel_lines[] = {
     "/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by\n",
     "   8 row + place along the axis; its faces by 512 axis + node. */\n",
     "typedef struct springls__surface_brick {\n",
-    "    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */\n",
+    "    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 if not all of it is in the domain */\n",
     "    int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */\n",
     "    int first_triangle, first_inner;    /* in the arrays of the contour */\n",
     "    int triangles, inner, links;\n",
-    "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */\n",
+    "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */\n",
     "    uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
     "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
@@ -46767,7 +46767,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the cosine of half the angle of a crease, and a little more. */\n",
     "SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }\n",
     "\n",
-    "/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite\n",
+    "/* Returns whether some springls near a box are perhaps across a crease from each other: false if all their normals, or the opposite\n",
     "   ones, are within half the angle of a crease of one. */\n",
     "SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,\n",
     "                                           springls__v3 lower, springls__v3 upper)\n",
@@ -47508,7 +47508,7 @@ static const char *const springls__kernel_lines[] = {
     "    return runs;\n",
     "}\n",
     "\n",
-    "/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */\n",
+    "/* Takes some of n hits, which weigh little, as a run: better than none, where the side changes. Returns 1 if there are any. */\n",
     "SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)\n",
     "{\n",
     "    int k, best = -1;\n",
@@ -47818,7 +47818,7 @@ static const char *const springls__kernel_lines[] = {
     "    return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);\n",
     "}\n",
     "\n",
-    "/* Makes crossings i and j of the border an arc. */\n",
+    "/* Joins crossings i and j of the border by an arc. */\n",
     "SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)\n",
     "{\n",
     "    springls__arc arc;\n",
@@ -48840,7 +48840,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */\n",
+    "/* Finds the triangles of the cell that begins at a node. Returns false if some cross. */\n",
     "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                         const int of_node[3], springls__cell_work *work)\n",
     "{\n",
@@ -49539,7 +49539,7 @@ typedef struct springls__undo {
     bool whole;                         /* all has been saved: it is possible to go back */
 } springls__undo;
 
-/* Returns a part of the model; bytes: 0 where it is not saved. */
+/* Returns a part of the model; bytes: 0 if it is not saved. */
 SPRINGLS__FN springls__buffer *springls__undo_part(springls_context *ctx, int part, size_t *bytes)
 {
     const size_t count = (size_t)ctx->model.set.count;
@@ -49721,7 +49721,7 @@ SPRINGLS__FN bool springls__bvh_copy_some(springls__bvh_copy *copy, int most)
     return copy->top || copy->part < parts;
 }
 
-/* Makes a hierarchy one that parts can be joined to: its own root, if it has one, becomes that of a part. */
+/* Prepares a hierarchy, so that parts can be joined to it: its own root, if it has one, becomes that of a part. */
 SPRINGLS__FN void springls__bvh_make_parts(springls__surface *surface)
 {
     if (surface->parts) return;
@@ -50130,8 +50130,8 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
 }
 
 /* ======== >>completion  (src/tools/completion.h) =============================================================== */
-/* completion.h - completes a model whose springls and phi a tool has changed, where it is awake: makes phi a distance, finds edges, fills
-   gaps and projects phi onto the springls. */
+/* completion.h - completes a model whose springls and phi a tool has changed, where it is awake: turns phi into a distance, finds edges,
+   fills gaps and projects phi onto the springls. */
 
 /* ---- what is awake already ---- */
 
@@ -50380,7 +50380,7 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     rule.grid = grid;
     rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
-    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_same = !second && !difference; /* if both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     rule.box = springls__box_of_bricks(grid);
     return rule;
@@ -51114,7 +51114,7 @@ SPRINGLS__END };
 
 /* ---- begin and end ---- */
 
-/* Fails where the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
+/* Fails if the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
 SPRINGLS__FN springls_status springls__combination_go_on(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
@@ -51151,7 +51151,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
 }
 
 /* Begins to combine a model with another one in the same window; owned: the same, to be destroyed at the end; a caller
-   destroys it where none begins. */
+   destroys it if none begins. */
 SPRINGLS__FN springls_status springls__combination_begin(springls_context *ctx, springls_operation operation, springls_context *other,
                                                          springls_context *owned)
 {
@@ -51481,7 +51481,7 @@ SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
     }
 }
 
-/* Makes its own place the correspondence of springl i. */
+/* Sets the correspondence of springl i to its own place. */
 SPRINGLS__FN void springls__correspond_to_place(springls_context *ctx, int i)
 {
     const springls__v3 lattice = springls__to_lattice(&ctx->window, ctx->model.set.s[i].p);
@@ -51623,7 +51623,7 @@ SPRINGLS__TOOLS_API springls_status springls_follow_level_set(springls_context *
 
 /* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
    springls at its sharp edges, where marching cubes cut corners off. All in model coordinates (springl_surface.h), which are voxels
-   where the spacing is uniform. */
+   if the spacing is uniform. */
 typedef struct springls__parallel_surface {
     const springls_context *ctx;
     springls__mesh_distance distance; /* to zero_level */
@@ -51637,7 +51637,7 @@ SPRINGLS__FN springls__v3 springls__to_offset(const springls_context *ctx, sprin
     return springls__is_uniform(ctx->model.grid.metric) ? x : springls__voxel_to_model(ctx, x);
 }
 
-/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound where the spacing is not
+/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound if the spacing is not
    uniform. */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
@@ -52097,7 +52097,7 @@ SPRINGLS__FN springls__box springls__particle_box(const springls_context *ctx)
 /* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */
 SPRINGLS__FN bool springls__settles(const springls__tiling_body *body) { return body->rest.idle < SPRINGLS__MOST_IDLE; }
 
-/* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
+/* Returns the labels that the springls of a body face, as floats; NULL if they have none. */
 SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
 {
     const int i = springls_find_attribute(body->ctx, springls__facing_name);
@@ -53165,7 +53165,7 @@ SPRINGLS__FN springls__gaps springls__sum_gaps(const float *gap, int count)
     return sum;
 }
 
-/* Fails where the callback of films gave what it must not, for the least such pair of labels. */
+/* Fails if the callback of films gave what it must not, for the least such pair of labels. */
 SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int32_t low = 0, high = 0;
@@ -53230,7 +53230,7 @@ SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, cons
 
 /* ---- half way ---- */
 
-/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
+/* Moves the springls of a body by their shifts. Nothing is written if none moves, so that phi may stay behind. */
 SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;
@@ -53519,7 +53519,7 @@ SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, co
 
 /* ---- bricks that are marked ---- */
 
-/* Clears the marks: from now on another byte marks a brick, and all bytes are set where none is left. */
+/* Clears the marks: from now on another byte marks a brick, and all bytes are set if none is left. */
 SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
 {
     const springls__grid *g = &tiling->host->model.grid;
@@ -54264,7 +54264,7 @@ SPRINGLS__FN springls__v3 springls__wall_normal(const springls__tiling_body *one
     return springls__normalize(springls__sub(a, springls__scale(springls__grid_gradient(h, h->phi, x), other->sign)));
 }
 
-/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 where there is none. */
+/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 if there is none. */
 SPRINGLS__FN float springls__behind_sheets(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x,
                                            springls__v3 n)
 {
@@ -54603,7 +54603,7 @@ SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes, places. */
+/* Builds the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes, places. */
 SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[4], springls_walls *walls)
 {
     const size_t n = springls__box_voxels(tiling->host->model.grid.size);
@@ -54735,7 +54735,7 @@ SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
     }
 }
 
-/* Finds the surface tension of a wall; fails where the caller's factor is none. */
+/* Finds the surface tension of a wall; fails if the caller's factor is none. */
 SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                   const int32_t labels[2], double *tension)
 {
@@ -55077,7 +55077,7 @@ SPRINGLS__FN springls_status springls__take_held(springls_tiling *tiling, const 
     return SPRINGLS_OK;
 }
 
-/* Fails where a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
+/* Fails if a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
 SPRINGLS__FN springls_status springls__check_enclosed(springls_tiling *tiling, const char *call)
 {
     const int *size = tiling->host->model.grid.size;
@@ -55189,7 +55189,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling,
 
 /* ---- what the caller holds ---- */
 
-/* Fails where what is to be held of a description is no body's volume. */
+/* Fails if what is to be held of a description is no body's volume. */
 SPRINGLS__FN springls_status springls__check_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int i;
@@ -55427,7 +55427,7 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Finds where anything may move bodies that are at rest; returns false where nothing does. */
+/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
 SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
 {
     int k;
@@ -55724,7 +55724,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     return springls__for_some(tiling, call, SPRINGLS__RESTING_BODIES, springls__step_body, desc); /* they only count */
 }
 
-/* Fails where the box that forces act in is none. */
+/* Fails if the box that forces act in is none. */
 SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     springls_forces forces = springls_default_forces();

@@ -58,7 +58,7 @@ typedef enum springls_cl_kind {
    cache of its own: with it this one is not used. */
 typedef struct springls_cl_cache {
     const char *folder;  /* an existing folder, in which each blob is a file; copied; NULL: the callbacks                  */
-    /* Copies the blob of a key if it has at most `room` bytes (blob is NULL where room is 0); returns its size, 0: there is none. */
+    /* Copies the blob of a key if it has at most `room` bytes (blob is NULL if room is 0); returns its size, 0: there is none. */
     size_t (*load)(void *user, const char *key, void *blob, size_t room);
     bool (*store)(void *user, const char *key, const void *blob, size_t bytes); /* false: it cannot be kept              */
     void *user;
@@ -316,7 +316,7 @@ SPRINGLS__FN void springls__cl_release(springls_context *ctx)
    is found there by a device that checks (tests/backend/emulator.c). */
 SPRINGLS__FN size_t springls__cl_room(size_t bytes) { return (bytes / SPRINGLS__PLACE_BYTES + 2) * SPRINGLS__PLACE_BYTES; }
 
-/* Makes a larger buffer, for `bytes` in use and half as many beside them, or for these alone where there is no more. */
+/* Makes a larger buffer, for `bytes` in use and half as many beside them, or for these alone if there is no more. */
 SPRINGLS__FN springls_status springls__cl_enlarge(springls_context *ctx, size_t bytes, springls__device_memory *larger)
 {
     springls__cl *cl = springls__cl_of(ctx);
@@ -361,7 +361,7 @@ SPRINGLS__FN springls_status springls__cl_move(springls_context *ctx, springls__
     return SPRINGLS_OK;
 }
 
-/* Gives an array a new place behind the others or, where there is no room, all of them new places. */
+/* Gives an array a new place behind the others or, if there is no room, all of them new places. */
 SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
 {
     springls__cl *cl = springls__cl_of(ctx);

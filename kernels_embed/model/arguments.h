@@ -35,7 +35,7 @@ typedef struct springls__insert_arguments { int count; } springls__insert_argume
 /* fit_new_springls: the number of the first new springl. */
 typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 
-/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
+/* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */

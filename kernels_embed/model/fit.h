@@ -74,7 +74,7 @@ SPRINGLS__INNER springls__fit_equation springls__fit_equation_of(const springls_
     return e;
 }
 
-/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+/* Adds a particle with its normal and correspondence. Returns false if it is too far, faces elsewhere, or lies on another
    sheet: weight 0 changes nothing. */
 SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
 {
@@ -160,7 +160,7 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *
     return s;
 }
 
-/* Returns the surface that springls__fit_solve finds; not ok where there is none. */
+/* Returns the surface that springls__fit_solve finds; not ok if there is none. */
 SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)
 {
     const springls__fit_solution s = springls__fit_solve(fit);

@@ -516,7 +516,7 @@ SPRINGLS__MATHS size_t springls__entry_count(const springls__grid *g)
 }
 
 /* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
-   springls__neighbor_mask_of_row; false where there is none. */
+   springls__neighbor_mask_of_row; false if there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
 {
     at[0] = origin[0] + 8 * (d % 3 - 1);

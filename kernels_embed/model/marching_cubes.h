@@ -143,7 +143,7 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
                              (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
 }
 
-/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+/* Marching cubes of an active brick: cells from -1 if the brick is at the lower border of the domain, so that the
    closing surface half a voxel outside is met too. */
 typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
 

@@ -44,7 +44,7 @@ typedef struct springls__hit { float t, own_weight, weight; int springl; } sprin
 /* A hit on a row: that is 192 times its brick, and the row there. */
 typedef struct springls__row_hit { springls__hit hit; int row; } springls__row_hit;
 
-/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
+/* Where the surface meets a grid edge. n: 0 if nothing is known but a change of side. side: 1 leaves the body along the axis, -1
    enters. springl: the one that counts most; -1: none. */
 typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;
 
@@ -61,11 +61,11 @@ typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corner
 /* A brick of the table. around: the numbers of the 27 bricks around, -1: none. Its edges are those of row (u & 7) + 8 (v & 7) + 64 axis, by
    8 row + place along the axis; its faces by 512 axis + node. */
 typedef struct springls__surface_brick {
-    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 where not all of it is in the domain */
+    int origin[3], around[27], slot;    /* slot: of the grid's brick there, -1 if not all of it is in the domain */
     int begin[3][SPRINGLS__TABLE_ROWS + 1];   /* where the hits, crossings and arcs of rows begin in the arrays of the contour */
     int first_triangle, first_inner;    /* in the arrays of the contour */
     int triangles, inner, links;
-    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 where there are no hits around */
+    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */
     uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
@@ -189,7 +189,7 @@ SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS
 /* Returns the cosine of half the angle of a crease, and a little more. */
 SPRINGLS__INNER float springls__least_uncreased_cosine(void) { return springls__sqrt(0.5f + 0.5f * SPRINGLS__CREASE_COSINE) + 0.001f; }
 
-/* Returns whether some springls near a box are perhaps across a crease from each other: false where all their normals, or the opposite
+/* Returns whether some springls near a box are perhaps across a crease from each other: false if all their normals, or the opposite
    ones, are within half the angle of a crease of one. */
 SPRINGLS__MATHS bool springls__has_creases(const springls__model *model, SPRINGLS__GLOBAL const springls__surfel *surfel,
                                            springls__v3 lower, springls__v3 upper)
@@ -930,7 +930,7 @@ SPRINGLS__MATHS int springls__find_runs(int first, int n, float x, int from, int
     return runs;
 }
 
-/* Makes a run of some of n hits, which weigh little: better than none, where the side changes. Returns 1 if there are any. */
+/* Takes some of n hits, which weigh little, as a run: better than none, where the side changes. Returns 1 if there are any. */
 SPRINGLS__MATHS int springls__find_weak_run(int first, int n, float x, int side, springls__line_work *work)
 {
     int k, best = -1;

@@ -127,7 +127,7 @@ SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const spri
     return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);
 }
 
-/* Makes crossings i and j of the border an arc. */
+/* Joins crossings i and j of the border by an arc. */
 SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
 {
     springls__arc arc;

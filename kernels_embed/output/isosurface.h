@@ -92,7 +92,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
     return own;
 }
 
-/* Finds the signs of the four rows of voxels around a row of cubes; false where all are the same. */
+/* Finds the signs of the four rows of voxels around a row of cubes; false if all are the same. */
 SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
 {
     uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;

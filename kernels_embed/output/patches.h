@@ -522,7 +522,7 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
     }
 }
 
-/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
+/* Finds the triangles of the cell that begins at a node. Returns false if some cross. */
 SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                          const int of_node[3], springls__cell_work *work)
 {

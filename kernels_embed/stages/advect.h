@@ -174,7 +174,7 @@ SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, con
     return springls__scale(springls__curvature_velocity(g, x, n, rule->curvature_span), rule->smoothing);
 }
 
-/* Returns true where there is a sigma of eq. 1. */
+/* Returns true if there is a sigma of eq. 1. */
 SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 {
     return rule->has_velocity || rule->velocity.channels != 0;

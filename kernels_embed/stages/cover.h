@@ -29,7 +29,7 @@ SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__
     return springls__length2(arm) > 0.5f ? arm : springls__any_tangent(n);
 }
 
-/* Makes springl i equilateral about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
+/* Gives springl i an equilateral triangle about its particle, with short arms, for relax and for finding its neighbors: arms as long as its
    share reach across creases, and turn it too far. A masked one keeps its own. */
 SPRINGLS__MATHS void springls__shorten_arms_element(const springls__model *model, springls__arguments args, int i)
 {

@@ -90,7 +90,7 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     }
 }
 
-/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
+/* Turns the exposed triangles of active brick i into springls; their correspondences are their own places. */
 SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;

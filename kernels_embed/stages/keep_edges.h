@@ -381,7 +381,7 @@ SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample
     return result;
 }
 
-/* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+/* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
@@ -420,7 +420,7 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
     return all;
 }
 
-/* Returns the signed height of x over the sides about it; weight 0 where the sides are not clear. */
+/* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */
 SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
 {
     springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;

@@ -116,7 +116,7 @@ SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int memb
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-/* Returns the weights of a springl at voxels of a row, 0 where the nearest springl does not face about the same way: there it is of
+/* Returns the weights of a springl at voxels of a row, 0 if the nearest springl does not face about the same way: there it is of
    another sheet, which is noted in *opposed when it faces against. sums: of the voxels. */
 SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weight, springls__v3 n,
                                                               SPRINGLS__LOCAL const float *sums,
@@ -248,7 +248,7 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
-/* Returns the box of the places that springls at an edge may be near; empty where there are none. */
+/* Returns the box of the places that springls at an edge may be near; empty if there are none. */
 SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -282,7 +282,7 @@ SPRINGLS__MATHS bool springls__voxel_near_edge(const springls__model *model, con
     return false;
 }
 
-/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 where
+/* Returns the height of voxel v of the brick, at x, over the sides of the crease that springls about it lie at; weight 0 if
    there is none. */
 SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__model *model, const springls__near_ranges *near_by,
                                                             int v, springls__v3 x)

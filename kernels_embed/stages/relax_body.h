@@ -52,7 +52,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule r
     return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
 }
 
-/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 if there is none. */
 typedef struct SPRINGLS__W(edges) {
     float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
 } SPRINGLS__W(edges);

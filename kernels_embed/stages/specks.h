@@ -69,7 +69,7 @@ SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at
     return (part->found[word] & bit) != 0u;
 }
 
-/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
+/* Adds a voxel, unless the part has it; returns false if the part would be too wide. */
 SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])
 {
     int axis, word;

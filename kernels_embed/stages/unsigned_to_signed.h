@@ -232,14 +232,14 @@ SPRINGLS__MATHS bool springls__in_region(const springls__model *model, size_t vo
     return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
-/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 where no springl is near. */
+/* Returns what a voxel beside a region counts for its side: 1 outside, -1 inside, 0 if no springl is near. */
 SPRINGLS__MATHS int springls__vote_of_voxel(const springls__model *model, size_t voxel)
 {
     if (model->grid.omega[voxel] >= model->params.capture_range) return 0;
     return model->grid.phi[voxel] > 0.0f ? 1 : -1;
 }
 
-/* Makes phi of active brick i a distance: omega with the sign of phi. */
+/* Turns phi of active brick i into a distance: omega with the sign of phi. */
 SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__arguments args, int i,
                                                  SPRINGLS__LOCAL float *memory)
 {

@@ -96,7 +96,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
+/* Returns true if phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
    less than 1 by a tenth at a crease of 50 degrees, and by less where a smooth surface bends with a radius of three voxels. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {

@@ -128,7 +128,7 @@ SPRINGLS__FN bool springls__block_is_near(const springls__distance_job *job)
     return true;
 }
 
-/* Returns false where all of a block is outside and far from the surface: by the distance at its center, where that is a distance
+/* Returns false if all of a block is outside and far from the surface: by the distance at its center, where that is a distance
    everywhere. */
 SPRINGLS__FN bool springls__may_have_surface(const springls__distance_job *job)
 {
@@ -503,7 +503,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Makes phi a distance in voxels after springls__set_from_distance by a distance of the world, which is none where the spacing is not
+/* Turns phi into a distance in voxels after springls__set_from_distance by a distance of the world, which is none if the spacing is not
    uniform. */
 SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
 {
@@ -748,7 +748,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 
 typedef struct springls__implicit_job { springls_context *ctx; springls_implicit_fn fn; void *user; } springls__implicit_job;
 
-/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound where the spacing is not uniform. */
+/* Evaluates the user's function at points in voxels, as a distance in voxels: a lower bound if the spacing is not uniform. */
 SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__implicit_job *job = (const springls__implicit_job *)arg;

@@ -198,7 +198,7 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Fails where the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
+/* Fails if the mesh has no inside: no voxel's centre is, and springls do not show any either, as they do of thin plates. */
 SPRINGLS__FN springls_status springls__mesh_find_inside(springls_context *ctx)
 {
     if (springls__has_inside(&ctx->model.grid)) return SPRINGLS_OK;

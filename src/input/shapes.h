@@ -6,7 +6,7 @@
 #include "../model/transform.h"
 #include "../runtime/finite.h"
 
-/* Makes all distances NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
+/* Sets all distances to NaN if one of the floats of a shape is not finite, so that inputs refuse it: comparisons lose a NaN. */
 SPRINGLS__FN void springls__spoil_unless_finite(const void *shape, size_t bytes, float *out, int count)
 {
     const float *numbers = (const float *)shape;

@@ -72,7 +72,7 @@ extern "C" {
      (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
      where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
-   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
+   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed if the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
    - With ctx = NULL a function returns INVALID_ARGUMENT, 0 or NULL, or does nothing.
    - Every function that returns a springls_status may return INVALID_ARGUMENT (a NULL that is not allowed, a number out of
@@ -354,11 +354,11 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
-/* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
+/* Takes the present model as the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
    moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
-/* Makes a mesh the original surface of the present model: phi_ref is its signed distance, and material coordinates number
+/* Takes a mesh as the original surface of the present model: phi_ref is its signed distance, and material coordinates number
    its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
    coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
    bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
@@ -494,7 +494,7 @@ SPRINGLS_API springls_status springls_resample(springls_context *ctx);
 /* Moves phi towards the springls by one step (eq. 21-23). */
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
 
-/* Makes phi a distance again, and moves the narrow band with its zero level. */
+/* Turns phi into a distance again, and moves the narrow band with its zero level. */
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
 
 /* Adds springls where the zero level is bare, and tracks them (section 4.4). */
@@ -833,7 +833,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
 #ifndef SPRINGLS_NO_QUERIES
-/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
+/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; if the spacing is not uniform
    that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
 
@@ -970,7 +970,7 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of
+/* Holds estimates of two errors, world units; if the spacing is not uniform, as if all errors were along the longest. On the motions of
    the benchmarks at least 95 % of the springls have smaller ones (manual, ERRORS OF PLACE). Included are errors of splits and fills, of
    Runge-Kutta steps and of rounding, not those of forces nor of SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
@@ -1026,7 +1026,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  const int *triangles, int triangle_count, const float *values, int channels,
                                                  int *neighbors);
 
-/* Interpolates values at `count` material coordinates, `channels` floats each, zeros where there is no triangle. values:
+/* Interpolates values at `count` material coordinates, `channels` floats each, zeros if there is no triangle. values:
    rows of `channels` floats, one a corner of the original surface, or one a vertex when `triangles` has its 3 indices a
    triangle (NULL: corners). Needs no context. INVALID_ARGUMENT: a place is not below triangle_count; the indices in
    `triangles` are not checked. */
@@ -1290,9 +1290,9 @@ typedef struct springls_tiling_report {
 SPRINGLS_API springls_status springls_tiling_step(springls_tiling *tiling, const springls_tiling_step_desc *step,
                                                   springls_tiling_report *report);
 
-/* Makes one body, of the first label, of two that share a wall, which goes; springls elsewhere keep correspondences and attributes, on both
-   original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film joins
-   bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
+/* Joins two bodies that share a wall into one, of the first label, which goes; springls elsewhere keep correspondences and attributes, on
+   both original surfaces together, as by springls_combine. The models of both are gone, that of the first label is new. In a step, film
+   joins bodies so; the targets of two that are held add up. INVALID_ARGUMENT: also labels that share no wall. After a failure the tiling is
    as before. */
 SPRINGLS_API springls_status springls_tiling_join(springls_tiling *tiling, int32_t label, int32_t other);
 
@@ -1406,7 +1406,7 @@ typedef struct springls_stats {
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
 /* Holds measures of the mesh of springls_extract_mesh, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the mesh's; 0 where there is none. */
+   coverage: the springls' area over the mesh's; 0 if there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];

@@ -133,7 +133,7 @@
 
      switch                   stage                what it changes
      carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
-                                                   springls around it came from. Where no springl is near and the surface may
+                                                   springls around it came from. If no springl is near and the surface may
                                                    have passed, the neighbouring voxels decide the side.
                                                    After a motion of more than band_half_width + 1 voxels phi is recomputed
                                                    by unsigned_to_signed, which does not preserve topology: max_displacement
@@ -275,7 +275,7 @@
      params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
        carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
                                        max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
-       carry_level_set = 0             Only phi moves. Where no springl is near, each iteration of eq. 23 moves it by evolve_step
+       carry_level_set = 0             Only phi moves. If no springl is near, each iteration of eq. 23 moves it by evolve_step
                                        lambda times the curvature; near springls it comes to rest lambda times the curvature
                                        away from them
 

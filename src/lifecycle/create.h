@@ -119,7 +119,7 @@ SPRINGLS__FN double springls__column_product(const double *m, int a, int b)
     return m[a] * m[b] + m[4 + a] * m[4 + b] + m[8 + a] * m[8 + b];
 }
 
-/* Finds the grid's metric, where its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
+/* Finds the grid's metric, if its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
    spacing becomes an upper bound of the length of a unit vector of voxels, by the row sums of J'J. */
 SPRINGLS__FN void springls__find_metric(springls_context *ctx)
 {

@@ -113,7 +113,7 @@ SPRINGLS__FN bool springls__bvh_copy_some(springls__bvh_copy *copy, int most)
     return copy->top || copy->part < parts;
 }
 
-/* Makes a hierarchy one that parts can be joined to: its own root, if it has one, becomes that of a part. */
+/* Prepares a hierarchy, so that parts can be joined to it: its own root, if it has one, becomes that of a part. */
 SPRINGLS__FN void springls__bvh_make_parts(springls__surface *surface)
 {
     if (surface->parts) return;

@@ -9,7 +9,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 
-/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become too large, or is no
+/* Finds the largest bounding radius after triangles have changed. Returns false if a springl has become too large, or is no
    longer, or is outside: the list is to be built anew then. */
 SPRINGLS__FN bool springls__update_radii(springls_context *ctx)
 {

@@ -48,7 +48,7 @@ SPRINGLS__FN void springls__closest_try(springls__closest_search *search, int tr
     }
 }
 
-/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL where all below is too
+/* Goes down to a leaf, each time by the nearer child; the other one waits on the stack. Returns NULL if all below is too
    far. */
 SPRINGLS__FN const springls__bvh_node *springls__closest_leaf(springls__closest_search *search, const springls__bvh_node *node)
 {

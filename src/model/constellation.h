@@ -121,7 +121,7 @@ SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Returns true where the bricks of the level set are gone while there are springls: a moved window has left them all behind. */
+/* Returns true if the bricks of the level set are gone while there are springls: a moved window has left them all behind. */
 SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
 {
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;

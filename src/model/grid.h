@@ -144,7 +144,7 @@ SPRINGLS__FN springls__arguments springls__count_flags(springls_context *ctx)
     return chunks;
 }
 
-/* Makes the flagged bricks active, and no others. New ones are filled with the constant that they had; those dropped become constant. */
+/* Activates the flagged bricks, and no others. New ones are filled with the constant that they had; those dropped become constant. */
 SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx, springls__arguments chunks)
 {
     springls__grid *g = &ctx->model.grid;

@@ -167,7 +167,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
 }
 
 /* Returns the springls around x that face the same way as n (both in model coordinates), those with the correspondences nearest
-   to a, with their weights. bounding_radius: of the springl at x, voxels. Where none face that way, the nearest of all. */
+   to a, with their weights. bounding_radius: of the springl at x, voxels. If none face that way, the nearest of all. */
 SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search,
                                                                                 springls__v3 x, springls__v3 n, springls__v3 a,
                                                                                 float bounding_radius)
@@ -213,7 +213,7 @@ SPRINGLS__FN void springls__interpolate_blended(const springls__attribute *attri
             out[c] += sources->weight[i] * springls__values_of(attribute, sources->index[i])[c];
 }
 
-/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros where there are none. */
+/* Writes the values interpolated from the sources, or, without `blend`, those of the nearest; zeros if there are none. */
 SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute,
                                               const springls__interpolation_sources *sources, bool blend, float *out)
 {

@@ -170,7 +170,7 @@ SPRINGLS__FN void springls__sign_balanced(const springls__mesh_distance *m, cons
     }
 }
 
-/* Signs the distances of the voxels of a brick to an open surface. sides: of its blocks, 0 where they are not known. */
+/* Signs the distances of the voxels of a brick to an open surface. sides: of its blocks, 0 if they are not known. */
 SPRINGLS__FN void springls__sign_open_voxels(const springls__mesh_distance *m, const springls__v3 *points, const float *distance,
                                              const float sides[SPRINGLS__MESH_BLOCKS], float *out)
 {

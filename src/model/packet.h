@@ -69,7 +69,7 @@ SPRINGLS__FN float springls__packet_apart2(const springls__packet *packet, const
     return dx * dx + dy * dy + dz * dz;
 }
 
-/* Returns true where a triangle's box is further from place i than what has been found, by more than all rounding errors: without SIMD,
+/* Returns true if a triangle's box is further from place i than what has been found, by more than all rounding errors: without SIMD,
    where a place alone is worth it. (d + slack)^2 is at most 1.01 d^2 + 101 slack^2. */
 SPRINGLS__FN bool springls__packet_passes(const springls__packet_search *search, int triangle, int i)
 {

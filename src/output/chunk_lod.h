@@ -567,7 +567,7 @@ SPRINGLS__FN springls__lod_hit springls__closest_to_vertex(springls__lod_work *w
     return best;
 }
 
-/* Makes an edge between vertices a and b the closest place to vertex i, where it is closer. */
+/* Takes the edge between vertices a and b as the closest place to vertex i, where it is closer. */
 SPRINGLS__FN void springls__closest_on_edge(const springls__lod_work *w, int i, int a, int b, springls__lod_hit *best)
 {
     const springls__v3 x = w->vertex[i].x, from = w->vertex[a].x, along = springls__sub(w->vertex[b].x, from);
@@ -744,7 +744,7 @@ SPRINGLS__FN size_t springls__lod_starts(springls__lod_job *job, int count)
     return job->start[count];
 }
 
-/* Works on all chunks, in memory for the largest batch: where there is none, nothing has been written. */
+/* Works on all chunks, in memory for the largest batch: if there is none, nothing has been written. */
 SPRINGLS__FN springls_status springls__lod_batches(springls_context *ctx, springls__lod_job *job, springls_lod *lod, int count)
 {
     size_t most = 0, bytes;

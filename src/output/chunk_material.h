@@ -35,7 +35,7 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Lists the candidates of a box. Returns false where each vertex needs a search of its own: there are too many, some at a sharp
+/* Lists the candidates of a box. Returns false if each vertex needs a search of its own: there are too many, some at a sharp
    edge, or of bodies that stay apart. */
 SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {

@@ -777,7 +777,7 @@ SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int en
             springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
 }
 
-/* Fails where a chunk has more vertices than 16 bits can number. */
+/* Fails if a chunk has more vertices than 16 bits can number. */
 SPRINGLS__FN springls_status springls__numbers_fit(springls_context *ctx, const springls_chunks *c)
 {
     int i;

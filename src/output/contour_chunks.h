@@ -605,7 +605,7 @@ SPRINGLS__FN springls_status springls__reserve_contour_update(springls_context *
     return SPRINGLS_OK;
 }
 
-/* Makes brick `brick` of the table one of the new contour, without contents. */
+/* Adds brick `brick` of the table to the new contour, without contents. */
 SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_context *ctx, const springls__contour_chunks *c,
                                                                 const springls__surface_brick *table, int brick)
 {

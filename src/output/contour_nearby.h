@@ -201,7 +201,7 @@ SPRINGLS__FN bool springls__list_within(const springls_context *ctx, const sprin
     return nearby->bricks < SPRINGLS__MOST_NEARBY;
 }
 
-/* Finds the place closest to a point of the world, x in model coordinates, on the parts of the mesh that are near. found: false where they
+/* Finds the place closest to a point of the world, x in model coordinates, on the parts of the mesh that are near. found: false if they
    would be too many. */
 SPRINGLS__FN springls_status springls__search_nearby(springls_context *ctx, const float *point, springls__v3 x, springls__surface_hit *hit,
                                                      bool *found)

@@ -31,7 +31,7 @@ SPRINGLS__FN springls_status springls__make_contour_hierarchy(springls_context *
     return springls__surface_finish(ctx, &ctx->contour_surface, ctx->surface_triangles);
 }
 
-/* Makes ready what the mesh is made from. Phi must have followed. */
+/* Prepares what the mesh is made from. Phi must have followed. */
 SPRINGLS__FN springls_status springls__prepare_contour(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, false));

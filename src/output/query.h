@@ -72,7 +72,7 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     }
 }
 
-/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
+/* Returns the gradient of the distance at a world point if the spacing is not uniform and phi has the gradient g: of unit length
    within the band. */
 SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
 {
@@ -336,7 +336,7 @@ typedef struct springls__hit_query {
     float max_distance; /* world units */
     bool cells;         /* the cell list is fresh */
     bool contour;       /* the mesh of what springls hold is searched */
-    const springls__surface *surface; /* that is searched, where it has a hierarchy */
+    const springls__surface *surface; /* that is searched, if it has a hierarchy */
     springls_hit *out;
 } springls__hit_query;
 

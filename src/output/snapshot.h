@@ -92,7 +92,7 @@ SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
     return n;
 }
 
-/* Returns whether springls lack a list. neighbors_missing may be set where none does: a device does not wait to find out. */
+/* Returns whether springls lack a list. neighbors_missing may be set if none does: a device does not wait to find out. */
 SPRINGLS__FN bool springls__neighbors_are_missing(const springls_context *ctx)
 {
     int i;

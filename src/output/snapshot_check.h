@@ -231,7 +231,7 @@ SPRINGLS__FN bool springls__neighbors_good(const springls__snapshot_state *s, co
                                  3 * s->springls - 1);
 }
 
-/* Returns whether an older block's rows of neighbors name springls that there are. Where none were found yet, the rest of a row may be
+/* Returns whether an older block's rows of neighbors name springls that there are. If none were found yet, the rest of a row may be
    anything: older versions left it as it was in memory. */
 SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s, const char *data)
 {

@@ -197,7 +197,7 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot_delta(springls_context
                           (unsigned long)capacity);
 }
 
-/* Makes the words of the snapshot from those of the base and of the difference. Returns false where the difference is damaged. */
+/* Makes the words of the snapshot from those of the base and of the difference. Returns false if the difference is damaged. */
 SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, const char *delta, size_t bytes, char *out, size_t words)
 {
     size_t at = 0, place = SPRINGLS__DELTA_HEAD_BYTES;

@@ -70,7 +70,7 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
-/* Joins two trees of a forest; the lower root stays a root. Returns false where they are one tree already. */
+/* Joins two trees of a forest; the lower root stays a root. Returns false if they are one tree already. */
 SPRINGLS__FN bool springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
     a = springls__find_root(parent, a);

@@ -135,7 +135,7 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* Does the work of the elements begin <= i < end. memory: the floats of its lane (launch.h); NULL where the loop needs none. */
+/* Does the work of the elements begin <= i < end. memory: the floats of its lane (launch.h); NULL if the loop needs none. */
 typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
 
 /* A loop that is run in pieces; floats: of memory for each lane (launch.h); piece: elements of the last piece; pace:
@@ -211,7 +211,7 @@ typedef struct springls__stepping {
     springls_step_desc desc;
     springls_forces forces;
     double end_time;        /* of the step                                                                      */
-    float time_left;        /* of dt; 0 where the step is not cut into sub-steps, and at its end                */
+    float time_left;        /* of dt; 0 if the step is not cut into sub-steps, and at its end                   */
     float longest_substep;  /* that the force permits                                                           */
     float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */

@@ -48,7 +48,7 @@ SPRINGLS__FN void springls__region_box(const springls_context *ctx, const spring
     }
 }
 
-/* Finds the region that forces act in: everywhere where none is given. */
+/* Finds the region that forces act in: everywhere if none is given. */
 SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const springls_forces *forces, springls__motion *motion)
 {
     motion->has_region = springls__has_region(forces);

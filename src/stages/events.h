@@ -79,7 +79,7 @@ SPRINGLS__FN void springls__seam_pairs_of(springls__seam *seam, int i, bool seco
     }
 }
 
-/* Finds the middle between the components of the items, voxels; false where they are not within 16 voxels. */
+/* Finds the middle between the components of the items, voxels; false if they are not within 16 voxels. */
 SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle)
 {
     const float furthest = 16.0f;

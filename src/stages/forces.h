@@ -202,7 +202,7 @@ SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, 
     }
 }
 
-/* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
+/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f

@@ -519,7 +519,7 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, const int a
     return best;
 }
 
-/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
+/* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 if phi is flat. */
 SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, const int voxel[3])
 {
     const int longest = 32; /* voxels: more than any band is wide */

@@ -49,7 +49,7 @@ SPRINGLS__FN void springls__resolve_args(const springls_context *ctx, springls__
     args->resolve.min_sum = args->resolve.last ? 0.0f : sure;
 }
 
-/* Makes the memory of omega a third field; omega is found again when it is next used. */
+/* Uses the memory of omega as a third field; omega is found again when it is next used. */
 SPRINGLS__FN springls_status springls__lend_omega(springls_context *ctx)
 {
     springls__omega_constant(ctx, ctx->model.grid.far_value, -ctx->model.grid.far_value);

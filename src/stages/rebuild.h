@@ -1,4 +1,4 @@
-/* rebuild.h - makes phi a distance again, and moves the narrow band with the surface.
+/* rebuild.h - turns phi into a distance again, and moves the narrow band with the surface.
 
    Why: steps change phi near its zero level only, and eq. 23, the capsules and the band itself count on |phi| as a distance. The voxels
    beside the zero level come first: phi over its slope, which leaves the zero level where it is (subvoxel). Each sweep then carries

@@ -78,7 +78,7 @@ SPRINGLS__FN springls_status springls__stir_moving(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns true where the bricks that are awake may have become others by the last motion. */
+/* Returns true if the bricks that are awake may have become others by the last motion. */
 SPRINGLS__FN bool springls__may_wake(const springls_context *ctx) { return !(ctx->motion.none && ctx->at_rest); }
 
 static const springls__entry springls__count_calm[] = {

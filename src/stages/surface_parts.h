@@ -22,7 +22,7 @@ typedef struct springls__surface_part {
     bool cavity, met;
 } springls__surface_part;
 
-/* Returns true where components are those of the mesh of what springls hold. */
+/* Returns true if components are those of the mesh of what springls hold. */
 SPRINGLS__FN bool springls__contours_springls(const springls_context *ctx)
 {
     return ctx->model.params.contouring == SPRINGLS_CONTOURING_SPRINGLS;

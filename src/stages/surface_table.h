@@ -575,7 +575,7 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
     return true;
 }
 
-/* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
+/* Simplifies the cells in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
    Counts those cells (springls__found_some): arcs and patches are to be made again in the bricks around them. */
 SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
@@ -671,7 +671,7 @@ SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job
     return SPRINGLS_OK;
 }
 
-/* Makes the normals of vertices unit vectors: where springls give none, as where a change of side is all that is known, the gradient of phi
+/* Normalises the normals of vertices: where springls give none, as where a change of side is all that is known, the gradient of phi
    is it; where phi has none either, the areas of the triangles around. */
 SPRINGLS__FN void springls__surface_normals(const springls__grid *g, springls__raw_mesh *mesh)
 {

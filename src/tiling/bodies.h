@@ -185,7 +185,7 @@ SPRINGLS__FN springls__box springls__particle_box(const springls_context *ctx)
 /* Returns whether the sheets of a body are drawn to those of others: it has not been put to rest as it is. */
 SPRINGLS__FN bool springls__settles(const springls__tiling_body *body) { return body->rest.idle < SPRINGLS__MOST_IDLE; }
 
-/* Returns the labels that the springls of a body face, as floats; NULL where they have none. */
+/* Returns the labels that the springls of a body face, as floats; NULL if they have none. */
 SPRINGLS__FN float *springls__facing_values(const springls__tiling_body *body)
 {
     const int i = springls_find_attribute(body->ctx, springls__facing_name);

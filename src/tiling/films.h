@@ -73,7 +73,7 @@ SPRINGLS__FN void springls__name_film(springls__film *film, int32_t label)
     }
 }
 
-/* Finds the surface tension of a wall; fails where the caller's factor is none. */
+/* Finds the surface tension of a wall; fails if the caller's factor is none. */
 SPRINGLS__FN springls_status springls__tension_of(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc,
                                                   const int32_t labels[2], double *tension)
 {
@@ -415,7 +415,7 @@ SPRINGLS__FN springls_status springls__take_held(springls_tiling *tiling, const 
     return SPRINGLS_OK;
 }
 
-/* Fails where a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
+/* Fails if a body that is held has a voxel at the border of the grid: its walls are open there, and enclose no volume. */
 SPRINGLS__FN springls_status springls__check_enclosed(springls_tiling *tiling, const char *call)
 {
     const int *size = tiling->host->model.grid.size;
@@ -527,7 +527,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity(const springls_tiling *tiling,
 
 /* ---- what the caller holds ---- */
 
-/* Fails where what is to be held of a description is no body's volume. */
+/* Fails if what is to be held of a description is no body's volume. */
 SPRINGLS__FN springls_status springls__check_held(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int i;

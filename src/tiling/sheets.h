@@ -275,7 +275,7 @@ SPRINGLS__FN springls__gaps springls__sum_gaps(const float *gap, int count)
     return sum;
 }
 
-/* Fails where the callback of films gave what it must not, for the least such pair of labels. */
+/* Fails if the callback of films gave what it must not, for the least such pair of labels. */
 SPRINGLS__FN springls_status springls__check_films(springls_tiling *tiling, const char *call, const springls_tiling_step_desc *desc)
 {
     int32_t low = 0, high = 0;
@@ -340,7 +340,7 @@ SPRINGLS__FN springls_status springls__find_facing(springls_tiling *tiling, cons
 
 /* ---- half way ---- */
 
-/* Moves the springls of a body by their shifts. Nothing is written where none moves, so that phi may stay behind. */
+/* Moves the springls of a body by their shifts. Nothing is written if none moves, so that phi may stay behind. */
 SPRINGLS__FN springls_status springls__shift_body(springls_tiling *tiling, springls__tiling_body *body, const void *arg)
 {
     const springls__v3 *shift = (const springls__v3 *)tiling->shift.data + body->first;

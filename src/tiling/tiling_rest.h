@@ -52,7 +52,7 @@ SPRINGLS__FN bool springls__body_in_region(const springls__tiling_body *body, co
 
 /* ---- bricks that are marked ---- */
 
-/* Clears the marks: from now on another byte marks a brick, and all bytes are set where none is left. */
+/* Clears the marks: from now on another byte marks a brick, and all bytes are set if none is left. */
 SPRINGLS__FN springls_status springls__clear_marks(springls_tiling *tiling)
 {
     const springls__grid *g = &tiling->host->model.grid;

@@ -75,7 +75,7 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Finds where anything may move bodies that are at rest; returns false where nothing does. */
+/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
 SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
 {
     int k;
@@ -372,7 +372,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
     return springls__for_some(tiling, call, SPRINGLS__RESTING_BODIES, springls__step_body, desc); /* they only count */
 }
 
-/* Fails where the box that forces act in is none. */
+/* Fails if the box that forces act in is none. */
 SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     springls_forces forces = springls_default_forces();

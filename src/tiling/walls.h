@@ -43,7 +43,7 @@ SPRINGLS__FN springls__v3 springls__wall_normal(const springls__tiling_body *one
     return springls__normalize(springls__sub(a, springls__scale(springls__grid_gradient(h, h->phi, x), other->sign)));
 }
 
-/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 where there is none. */
+/* Returns how far the wall between two bodies lies behind x along n: the mean of what their two sheets say, 0 if there is none. */
 SPRINGLS__FN float springls__behind_sheets(const springls__tiling_body *one, const springls__tiling_body *other, springls__v3 x,
                                            springls__v3 n)
 {
@@ -382,7 +382,7 @@ SPRINGLS__FN springls_status springls__walls_reserve(springls_tiling *tiling, sp
     return SPRINGLS_OK;
 }
 
-/* Makes the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes, places. */
+/* Builds the walls of bodies that have been read. buffers: of labels, phi and later vertices' numbers, cubes, places. */
 SPRINGLS__FN springls_status springls__extract_walls(springls_tiling *tiling, springls__buffer buffers[4], springls_walls *walls)
 {
     const size_t n = springls__box_voxels(tiling->host->model.grid.size);

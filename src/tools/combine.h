@@ -63,7 +63,7 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls__grid *grid, c
     rule.grid = grid;
     rule.surface = surface;
     rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (difference && second) ? -1.0f : 1.0f;
-    rule.keep_same = !second && !difference; /* where both operands have springls, one of the two is enough */
+    rule.keep_same = !second && !difference; /* if both operands have springls, one of the two is enough */
     rule.keep_opposite = !second && difference;
     rule.box = springls__box_of_bricks(grid);
     return rule;
@@ -797,7 +797,7 @@ SPRINGLS__END };
 
 /* ---- begin and end ---- */
 
-/* Fails where the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
+/* Fails if the other model has changed; brings all arrays to the host, which has no kernel for most of the work. */
 SPRINGLS__FN springls_status springls__combination_go_on(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
@@ -834,7 +834,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
 }
 
 /* Begins to combine a model with another one in the same window; owned: the same, to be destroyed at the end; a caller
-   destroys it where none begins. */
+   destroys it if none begins. */
 SPRINGLS__FN springls_status springls__combination_begin(springls_context *ctx, springls_operation operation, springls_context *other,
                                                          springls_context *owned)
 {

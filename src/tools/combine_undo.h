@@ -33,7 +33,7 @@ typedef struct springls__undo {
     bool whole;                         /* all has been saved: it is possible to go back */
 } springls__undo;
 
-/* Returns a part of the model; bytes: 0 where it is not saved. */
+/* Returns a part of the model; bytes: 0 if it is not saved. */
 SPRINGLS__FN springls__buffer *springls__undo_part(springls_context *ctx, int part, size_t *bytes)
 {
     const size_t count = (size_t)ctx->model.set.count;

@@ -1,5 +1,5 @@
-/* completion.h - completes a model whose springls and phi a tool has changed, where it is awake: makes phi a distance, finds edges, fills
-   gaps and projects phi onto the springls. */
+/* completion.h - completes a model whose springls and phi a tool has changed, where it is awake: turns phi into a distance, finds edges,
+   fills gaps and projects phi onto the springls. */
 #ifndef SPRINGLS__TOOLS_COMPLETION_H
 #define SPRINGLS__TOOLS_COMPLETION_H
 

@@ -179,7 +179,7 @@ SPRINGLS__FN void springls__isolated_task(void *arg, int begin, int end)
     }
 }
 
-/* Makes its own place the correspondence of springl i. */
+/* Sets the correspondence of springl i to its own place. */
 SPRINGLS__FN void springls__correspond_to_place(springls_context *ctx, int i)
 {
     const springls__v3 lattice = springls__to_lattice(&ctx->window, ctx->model.set.s[i].p);

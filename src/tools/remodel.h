@@ -29,7 +29,7 @@
 
 /* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
    springls at its sharp edges, where marching cubes cut corners off. All in model coordinates (springl_surface.h), which are voxels
-   where the spacing is uniform. */
+   if the spacing is uniform. */
 typedef struct springls__parallel_surface {
     const springls_context *ctx;
     springls__mesh_distance distance; /* to zero_level */
@@ -43,7 +43,7 @@ SPRINGLS__FN springls__v3 springls__to_offset(const springls_context *ctx, sprin
     return springls__is_uniform(ctx->model.grid.metric) ? x : springls__voxel_to_model(ctx, x);
 }
 
-/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound where the spacing is not
+/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound if the spacing is not
    uniform. */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
