@@ -292,6 +292,7 @@ struct atlas_segment {
     springls_params params;
     struct atlas atlas;
     struct volume image, reference;
+    struct volume part; /* of the image, around the object: what atlas_find looks at; else empty */
     struct atlas_view view;
     struct atlas_placing placing;
     springls_backend *backend;
@@ -324,6 +325,13 @@ bool atlas_segment_image(struct atlas_segment *run);
 /* Returns true if the image agrees with the first template without any move, and sets run->placing to the atlas as it lies
  * there. */
 bool atlas_lies_near(struct atlas_segment *run);
+/* Returns true if the image shows much more than the templates' images do, such as a whole head. */
+bool atlas_shows_much_more(const struct atlas_segment *run);
+/* Finds the object in such an image, and sets run->placing and run->part. Refuses the image where nothing in it looks like a template
+ * (segment_find.c). */
+bool atlas_find(struct atlas_segment *run);
+/* Returns what the subjects vote on: the image, or its part around the object. */
+const struct volume *atlas_seen(const struct atlas_segment *run);
 /* Registers the image to the templates and lets the subjects vote: fills run->maps and run->probabilities, and gives the
  * atlas's shape in the image (segment_fusion.c). */
 bool atlas_fuse(struct atlas_segment *run, float *shape);

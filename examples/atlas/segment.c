@@ -333,10 +333,15 @@ static bool fused_surface(const struct push *field, struct shape_mesh *mesh)
 }
 
 /* Finds where the atlas lies: nearly where it lies on a template, as in images of one protocol, or by a search. */
-static bool start(struct atlas_segment *run, double begin)
+static bool place(struct atlas_segment *run)
 {
-    return ((run->fused && atlas_lies_near(run)) || atlas_place_start(&run->view, &run->placing)) && keep_stage(run, 0, "start", begin);
+    if (run->fused && atlas_lies_near(run)) {
+        return true;
+    }
+    return run->fused && atlas_shows_much_more(run) ? atlas_find(run) : atlas_place_start(&run->view, &run->placing);
 }
+
+static bool start(struct atlas_segment *run, double begin) { return place(run) && keep_stage(run, 0, "start", begin); }
 
 /* Registers the image to the templates and lets the atlas's subjects vote. */
 static bool fit_subjects(struct atlas_segment *run, double begin)
@@ -563,6 +568,7 @@ void atlas_segment_free(struct atlas_segment *run)
     atlas_mesh_free(&run->truth);
     atlas_free(&run->atlas);
     volume_free(&run->image);
+    volume_free(&run->part);
     volume_free(&run->reference);
     springls_destroy(run->ctx);
     springls_cl_destroy(run->backend);

@@ -67,14 +67,15 @@ static bool agreement_of(const struct atlas_segment *run, const struct fusion_te
 bool atlas_explain(struct atlas_segment *run, const struct fusion_template *template)
 {
     struct atlas_confidence *confidence = &run->confidence;
-    struct volume changed = run->image; /* with values of its own */
+    const struct volume *seen = atlas_seen(run);
+    struct volume changed = *seen; /* with values of its own */
     if (confidence->agreement >= confidence->least) {
         return true;
     }
-    changed.data = malloc(volume_voxels(&run->image) * sizeof *changed.data);
+    changed.data = malloc(volume_voxels(seen) * sizeof *changed.data);
     bool good = changed.data || atlas_no_memory();
     for (int c = ATLAS_MIRRORED; good && c <= ATLAS_INVERTED && confidence->doubt <= ATLAS_DISAGREES; ++c) {
-        change_image(&run->image, (enum atlas_doubt)c, changed.data);
+        change_image(seen, (enum atlas_doubt)c, changed.data);
         double agreement = 0.0;
         good = agreement_of(run, template, &changed, &agreement);
         if (good && !atlas_disagrees(agreement, confidence) && 1.0 - agreement < clearly_less * (1.0 - confidence->agreement)) {

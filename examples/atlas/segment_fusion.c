@@ -11,6 +11,8 @@
 static const float unmoved[3] = {0.0f, 0.0f, 0.0f};
 static const double near_enough = 0.5; /* correlation from which on a registration needs no search before it */
 
+const struct volume *atlas_seen(const struct atlas_segment *run) { return run->part.data ? &run->part : &run->image; }
+
 bool atlas_lies_near(struct atlas_segment *run)
 {
     const struct fusion_template *template = &run->atlas.templates[0];
@@ -54,7 +56,7 @@ static bool vote(const struct atlas_segment *run, const struct fusion_template *
         all[s] = true;
     }
     if (image) {
-        fusion_sample(map, &template->image, &run->image, image);
+        fusion_sample(map, &template->image, atlas_seen(run), image);
     }
     const bool good = image && fusion_vote(template, image, all, true, &votes) && fusion_correct(template, &votes, probability);
     *trust = good ? fusion_trust(template, &votes) : 0.0f;
@@ -73,8 +75,8 @@ static bool ask_template(struct atlas_segment *run, int t, float *places, double
     const struct fusion_template *template = &run->atlas.templates[t];
     float shift[3];
     char error[VOLUME_TEXT];
-    atlas_choose_shift(run, &run->image, template, shift);
-    if (!fusion_register(&template->image, &run->image, shift, &run->maps[t], error)) {
+    atlas_choose_shift(run, atlas_seen(run), template, shift);
+    if (!fusion_register(&template->image, atlas_seen(run), shift, &run->maps[t], error)) {
         return atlas_fail("%s: %s", run->settings.image, error);
     }
     const size_t voxels = volume_voxels(&template->image), labels = (size_t)template->label_count;

@@ -377,6 +377,70 @@ TEST images_of_another_kind_are_not_trusted(void)
     PASS();
 }
 
+/* Puts an image of some kind into one of noise that is three times as long, wide and high. */
+static bool write_within_noise(const char *from, bool of_labels, const char *to)
+{
+    struct volume part, whole;
+    char error[VOLUME_TEXT];
+    uint64_t state = 9;
+    int dims[3];
+    if (!volume_read(from, 0, &part, error)) return false;
+    for (int a = 0; a < 3; ++a) dims[a] = 3 * part.dims[a];
+    const float origin[3] = {-300.0f, 40.0f, 7.0f};
+    bool good = volume_create(dims, part.spacing, origin, &whole);
+    for (size_t n = 0; good && n < volume_voxels(&whole); ++n) {
+        int at[3];
+        bool in = true;
+        volume_place(dims, n, at);
+        for (int a = 0; a < 3; ++a) at[a] -= part.dims[a], in = in && at[a] >= 0 && at[a] < part.dims[a];
+        const float around = of_labels ? 0.0f : part.minimum + (part.maximum - part.minimum) * (0.5f + 0.5f * noise(&state));
+        whole.data[n] = in ? part.data[(size_t)at[0] + (size_t)part.dims[0] * ((size_t)at[1] + (size_t)part.dims[1] * (size_t)at[2])] : around;
+    }
+    good = good && volume_write(to, &whole, VOLUME_FLOAT32, whole.data, error);
+    volume_free(&whole);
+    volume_free(&part);
+    return good;
+}
+
+/* Like a whole head: the object is found in it, or it is refused before the work. */
+TEST much_larger_images_are_searched_first(void)
+{
+    struct atlas_segment run;
+    for (int there = 1; there >= 0; --there) {
+        ASSERT(write_within_noise(numbered(12, "images/scan%02d.nii.gz", SCANS - 1), false, numbered(14, "whole.nii.gz", 0)));
+        ASSERT(write_within_noise(numbered(12, "labels/scan%02d.nii.gz", SCANS - 1), true, numbered(13, "whole_labels.nii.gz", 0)));
+        memset(&run, 0, sizeof run);
+        run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = (double)NAN, .gvf = 0.2,
+                                                       .curvature = 0.05, .modes = 10, .steps = 20};
+        run.settings.common.quiet = true;
+        run.settings.atlas = numbered(11, "atlas.json", 0);
+        run.settings.image = names[14];
+        run.settings.reference = there ? names[13] : NULL;
+        run.params = springls_default_params();
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        if (!there) { /* nothing but noise */
+            struct volume whole;
+            char error[VOLUME_TEXT];
+            uint64_t state = 4;
+            ASSERT(volume_read(names[14], 0, &whole, error));
+            for (size_t n = 0; n < volume_voxels(&whole); ++n) whole.data[n] = noise(&state);
+            ASSERT(volume_write(names[14], &whole, VOLUME_FLOAT32, whole.data, error));
+            volume_free(&whole);
+        }
+        ASSERT_EQ(there == 1, atlas_segment_run(&run));
+        ASSERT_EQ(there == 1, run.part.data != NULL);
+        if (there) {
+            ASSERT_EQ(ATLAS_TRUSTED, run.confidence.doubt);
+            ASSERT(run.results[ATLAS_STAGES - 1].dice > 0.96);
+            ASSERT(volume_voxels(&run.part) < volume_voxels(&run.image) / 4);
+        } else {
+            ASSERT_EQ(0, run.stages[0].vertex_count);
+        }
+        atlas_segment_free(&run);
+    }
+    PASS();
+}
+
 TEST leaving_one_out_makes_a_table(void)
 {
     struct atlas_trial_settings set = {.common = cli_common_defaults(), .folder = folder, .templates = 2, .first = 1, .every = 3};
@@ -403,6 +467,7 @@ int main(int argc, char **argv)
     RUN_TEST(corrections_learn_what_votes_get_wrong);
     RUN_TEST(subjects_fuse_into_an_unseen_image);
     RUN_TEST(images_of_another_kind_are_not_trusted);
+    RUN_TEST(much_larger_images_are_searched_first);
     RUN_TEST(leaving_one_out_makes_a_table);
     remove_folder();
     GREATEST_MAIN_END();
