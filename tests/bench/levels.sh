@@ -7,7 +7,8 @@ mkdir -p $folder
 
 echo '| Flags | Compile, s | Program, KiB | Run, s |'
 echo '|---|---|---|---|'
-for flags in -O0 -O1 -O2 -O3 '-O3 -march=native' '-O3 -DSPRINGLS_NO_OPENCL' '-O3 -DSPRINGLS_NO_SIMD'; do
+for flags in -O0 -O1 -O2 -O3 '-O3 -march=native' '-O3 -DSPRINGLS_NO_OPENCL' '-O3 -DSPRINGLS_NO_SIMD' \
+             '-O2 -DSPRINGLS_MINIMAL' '-O1 -DSPRINGLS_MINIMAL' '-Os -DSPRINGLS_MINIMAL'; do
     compile=$(TIMEFORMAT=%1U; { time $cc -std=c99 $flags -I. -o $folder/minimal examples/minimal.c -lm; } 2>&1)
     strip $folder/minimal
     for ((i = 0; i < rounds; i++)); do
