@@ -53,11 +53,11 @@ folder_libs     = -Wl,--as-needed $(foreach f,$(call folders,$(1)),$($(f)_LIBS))
 packages        = $(call folders,$(foreach p,$(1),$($(p)_USES))) $(filter atlas viewer engine_embed,$(1))
 objects         = $(patsubst examples/%,build/examples/%.o,$(basename $(wildcard examples/$(1).c examples/$(1)/*.c examples/$(1)/*.cpp)))
 
-# Before anything is compiled: the packages of the programs that were asked for.
+# Before anything is compiled: a compiler, and the packages of the programs that were asked for.
 .PHONY: set-up
 set-up: WANTED = $(filter $(EXAMPLES),$(patsubst build/%,%,$(MAKECMDGOALS)))
 set-up:
-	@$(if $(WANTED),$(DEPS) make $(call packages,$(WANTED)))
+	@$(DEPS) make $(call packages,$(WANTED))
 
 build/examples/%.o: examples/%.c build/examples/settings | springls.h set-up
 	@mkdir -p $(@D)

@@ -117,7 +117,8 @@ npm_package() {
     ${CC:-cc} -std=c99 -O1 "-I$root" native.c -o native -lm && ./native > native.txt &&
         sed -n '/^```js$/,/^```$/{/^```/!p}' node_modules/springls/README.md > readme.js &&
         node readme.js | grep '^[0-9]* triangles, volume [0-9]*$' && node run.js node || return 1
-    if command -v chromium-headless-shell; then node run.js browser; else echo 'skip: there is no chromium-headless-shell'; fi
+    local browser=${CHROMIUM:-$(command -v chromium-headless-shell chromium | head -n 1)}
+    if [ -n "$browser" ]; then node run.js "$browser"; else echo 'skip: there is no Chromium'; fi
 }
 
 # The printers of gdb on a program that has stopped; and all that Visual Studio would evaluate, which gdb can as well.

@@ -1,5 +1,5 @@
-// run.js node|browser: runs check.js here, or in headless Chromium in a page that this serves from the folder it is in. Prints its lines;
-// the status is 0 when none failed.
+// run.js node|COMMAND: runs check.js here, or in Chromium, without a window, in a page that this serves from the folder it is in. Prints
+// its lines; the status is 0 when none failed.
 import {spawn} from 'node:child_process';
 import {readFile} from 'node:fs/promises';
 import {createServer} from 'node:http';
@@ -42,19 +42,19 @@ function serve(then) {
 async function inBrowser() {
   let browser;
   const lines = await serve(port => {
-    browser = spawn('chromium-headless-shell', ['--no-sandbox', '--remote-debugging-port=0', `http://127.0.0.1:${port}/`],
-      {stdio: 'ignore'});
+    browser = spawn(process.argv[2], ['--headless', '--no-sandbox', `--user-data-dir=${process.cwd()}/profile`, '--remote-debugging-port=0',
+                                      `http://127.0.0.1:${port}/`], {stdio: 'ignore'});
   });
   browser.kill();
   return lines;
 }
 
 let lines;
-if (process.argv[2] == 'browser') {
-  lines = await inBrowser();
-} else {
+if (process.argv[2] == 'node') {
   const {check} = await import('./check.js');
   lines = await check(native);
+} else {
+  lines = await inBrowser();
 }
 console.log(lines.join('\n'));
 process.exit(lines.length > 20 && lines.every(line => line.startsWith('ok')) ? 0 : 1);
