@@ -6703,6 +6703,7 @@ struct springls_context {
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__surface correspondences; /* those of the springls, for springls_place_now                          */
     springls__buffer bvh_memory; /* working memory of bvh.h                                                      */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
@@ -6755,6 +6756,7 @@ struct springls_context {
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
+    uint64_t correspondences_version; /* the model_version that `correspondences` is of; 0: there is none         */
     uint64_t nearby_version; /* the model_version that queries of few places have made bricks of that mesh of      */
     int nearby_bricks;       /* how many, margins included                                                        */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
@@ -11946,36 +11948,45 @@ SPRINGLS__MATHS int springls__octants_beside(int d)
     return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
 }
 
-/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that
-   touches it. */
+/* Lets active brick i sleep, until springls__awake_element and near_awake_element find that it is awake. */
+SPRINGLS__MATHS void springls__lull_element(const springls__model *model, springls__arguments args, int i)
+{
+    const int slot = model->grid.active[i];
+    (void)args;
+    model->grid.awake[slot] = model->grid.near_awake[slot] = 0;
+}
+
+/* Wakes the bricks that touch an octant of active brick i in which springls have stirred lately. Few bricks have one, so this costs as
+   much as what is awake. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint8_t *calm = g->calm + g->active[i] * SPRINGLS__OCTANTS;
     const int limit = springls__calm_limit(model);
-    int origin[3], d, o, awake = 0;
+    int origin[3], d, o, stirred = 0;
     (void)args;
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) stirred |= (calm[o] < limit) << o;
+    if (!stirred) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (d = 0; d < 27 && !awake; d++) {
-        int slot = springls__slot_around(g, origin, d);
-        if (slot < SPRINGLS__FIRST_SLOT) continue;
-        for (o = 0; o < SPRINGLS__OCTANTS; o++)
-            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
+    for (d = 0; d < 27; d++) {
+        const int slot = springls__slot_around(g, origin, d);
+        const int beside = springls__octants_beside(26 - d); /* of this brick as seen from that one */
+        if (slot >= SPRINGLS__FIRST_SLOT && (beside & stirred)) SPRINGLS__MARK(g->awake + slot, 1);
     }
-    g->awake[g->active[i]] = (uint8_t)awake;
 }
 
-/* Finds whether active brick i or one around it is awake. */
+/* Marks the bricks around active brick i, and itself, as near one that is awake, if it is. */
 SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    int origin[3], d, near_awake = g->awake[g->active[i]];
+    int origin[3], d;
     (void)args;
+    if (!g->awake[g->active[i]]) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (d = 0; d < 27 && !near_awake; d++) {
-        int slot = springls__slot_around(g, origin, d);
-        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    for (d = 0; d < 27; d++) {
+        const int slot = springls__slot_around(g, origin, d);
+        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);
     }
-    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 /* ======== >>topology:kernel  (kernels_embed/stages/topology.h) ================================================= */
@@ -13274,6 +13285,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \
     X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
     X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(lull, LISTS, 4096, SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                                       \
     X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \
     X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \
     X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \
@@ -17214,6 +17226,7 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 /* Finds the bricks that are awake, and those beside them; not yet the springls. */
 SPRINGLS__FN void springls__find_awake_bricks(springls_context *ctx)
 {
+    springls__run(ctx, SPRINGLS__KERNEL_lull, ctx->model.grid.active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_awake, ctx->model.grid.active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, ctx->model.grid.active_count, NULL);
 }
@@ -24644,6 +24657,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     if (ctx->step.ended) springls__abandon_step(ctx);
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__surface_free(ctx, &ctx->correspondences);
     springls__surface_free(ctx, &ctx->contour_surface);
     springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->id_memory);
@@ -34506,24 +34520,41 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 
 typedef struct springls__place_query {
     const springls_context *ctx;
-    springls__surface correspondences; /* of the springls, each a triangle of one point */
     const float *points;
     springls_material_place *out;
 } springls__place_query;
 
+/* Springls whose side on the original surface is known: it takes a search, and each round of a fit asks for those of nearly the same
+   springls. */
+enum { SPRINGLS__SIDES_KNOWN = 256 };
+
 /* The springls around a place on the original surface: the nearest, whose side counts, and a radius, voxels. */
 typedef struct springls__place_search {
-    springls__v3 a, normal; /* on the original surface */
+    springls__v3 a, normal; /* on the original surface                                         */
     int nearest;
     float radius;
+    int triangle;           /* of the original surface, the last one found: the next is near it */
+    struct { int springl; bool same; } side[SPRINGLS__SIDES_KNOWN];
 } springls__place_search;
 
 /* Returns the unit normal of the original surface at a correspondence; zero without one. */
-SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__v3 a)
+SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__place_search *at, springls__v3 a)
 {
-    const springls__surface_hit hit = springls__surface_closest(&ctx->original, a, FLT_MAX);
+    const springls__surface_hit hit = springls__surface_closest_from(&ctx->original, a, FLT_MAX, at->triangle);
+    at->triangle = hit.triangle;
     if (hit.triangle < 0) return springls__v3_make(0.0f, 0.0f, 0.0f);
     return springls__tri_normal(springls__surface_triangle(&ctx->original, hit.triangle));
+}
+
+/* Returns whether springl i comes from the same side of the original surface as the nearest one. */
+SPRINGLS__FN bool springls__is_on_same_side(const springls_context *ctx, springls__place_search *at, int i)
+{
+    const int n = i % SPRINGLS__SIDES_KNOWN;
+    if (at->side[n].springl != i) {
+        at->side[n].springl = i;
+        at->side[n].same = !(springls__dot(springls__original_normal(ctx, at, ctx->model.set.a[i]), at->normal) < 0.0f);
+    }
+    return at->side[n].same;
 }
 
 /* Finds the springl with the nearest correspondence within four voxels: further away the surface is gone. */
@@ -34531,29 +34562,29 @@ SPRINGLS__FN springls__place_search springls__place_search_of(const springls__pl
 {
     const springls__v3 *from = q->ctx->model.set.a;
     springls__place_search place;
-    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, 4.0f);
+    springls__near_walk walk = springls__near_walk_begin(&q->ctx->correspondences, a, 4.0f);
     float d2, least = 16.0f;
     int i;
     place.a = a;
-    place.nearest = -1;
+    place.nearest = place.triangle = -1;
+    for (i = 0; i < SPRINGLS__SIDES_KNOWN; i++) place.side[i].springl = -1;
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         d2 = springls__length2(springls__sub(from[i], a));
         if (d2 > least || (d2 == least && place.nearest >= 0 && i > place.nearest)) continue;
         least = d2;
         place.nearest = i;
     }
-    place.normal = springls__original_normal(q->ctx, place.nearest < 0 ? a : from[place.nearest]);
+    place.normal = springls__original_normal(q->ctx, &place, place.nearest < 0 ? a : from[place.nearest]);
     place.radius = 2.5f + springls__sqrt(least);
     return place;
 }
 
 /* Fits the present places of springls on the same side to their correspondences around `a`. Returns false when they are too few. */
-SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const springls__place_search *at, springls__v3 a,
-                                      springls__v3 *place)
+SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, springls__place_search *at, springls__v3 a, springls__v3 *place)
 {
     const springls__constellation *set = &q->ctx->model.set;
     const springls__v3 normal_now = springls__springl_normal(set->s[at->nearest]);
-    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, at->radius);
+    springls__near_walk walk = springls__near_walk_begin(&q->ctx->correspondences, a, at->radius);
     springls__affine_fit fit;
     int i;
     memset(&fit, 0, sizeof fit);
@@ -34561,7 +34592,7 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const spri
         const springls__v3 r = springls__sub(set->a[i], a);
         const float d2 = springls__length2(r) / (at->radius * at->radius);
         if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[i]), normal_now) > 0.0f)) continue;
-        if (springls__dot(springls__original_normal(q->ctx, set->a[i]), at->normal) < 0.0f) continue;
+        if (!springls__is_on_same_side(q->ctx, at, i)) continue;
         springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count < 4) return false;
@@ -34570,7 +34601,7 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const spri
 }
 
 /* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
-SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, const springls__place_search *at, springls__v3 *place)
+SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, springls__place_search *at, springls__v3 *place)
 {
     const springls_context *ctx = q->ctx;
     springls__v3 aim = at->a, best = ctx->model.set.s[at->nearest].p, x;
@@ -34598,7 +34629,7 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
     const springls__model *model = &ctx->model;
     for (; begin < end; begin++) {
         springls_material_place *out = &q->out[begin];
-        const springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
         springls__v3 x, n;
         float missed;
         memset(out, 0, sizeof *out);
@@ -34614,26 +34645,34 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
     }
 }
 
+/* Makes the hierarchy over the correspondences, each a triangle of one point, where springls have changed. */
+SPRINGLS__FN springls_status springls__find_correspondences(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    int i, m;
+    if (ctx->correspondences_version == ctx->model_version) return SPRINGLS_OK;
+    ctx->correspondences_version = 0;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->correspondences, count));
+    for (i = 0; i < count; i++)
+        for (m = 0; m < 3; m++) ctx->correspondences.points[3 * i + m] = ctx->model.set.a[i];
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->correspondences, count));
+    ctx->correspondences_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out)
 {
     springls__place_query q;
-    springls_status status;
-    int i, m;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "place_now"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    memset(&q, 0, sizeof q);
+    SPRINGLS__TRY(springls__find_correspondences(ctx));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
-    status = springls__surface_reserve(ctx, &q.correspondences, ctx->model.set.count);
-    for (i = 0; status == SPRINGLS_OK && i < ctx->model.set.count; i++)
-        for (m = 0; m < 3; m++) q.correspondences.points[3 * i + m] = ctx->model.set.a[i];
-    if (status == SPRINGLS_OK) status = springls__surface_finish(ctx, &q.correspondences, ctx->model.set.count);
-    if (status == SPRINGLS_OK) springls__parallel(ctx, count, 8, springls__place_now_task, &q);
-    springls__surface_free(ctx, &q.correspondences);
-    return status;
+    springls__parallel(ctx, count, 8, springls__place_now_task, &q);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
@@ -40310,7 +40349,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7094 \"springls.h\"\n",
+    "#line 7096 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40710,7 +40749,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7494 \"springls.h\"\n",
+    "#line 7496 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40725,7 +40764,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7510 \"springls.h\"\n",
+    "#line 7512 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40754,7 +40793,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7539 \"springls.h\"\n",
+    "#line 7541 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40769,7 +40808,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7554 \"springls.h\"\n",
+    "#line 7556 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40798,10 +40837,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7584 \"springls.h\"\n",
+    "#line 7586 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7588 \"springls.h\"\n",
+    "#line 7590 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -40889,7 +40928,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7677 \"springls.h\"\n",
+    "#line 7679 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41029,7 +41068,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7818 \"springls.h\"\n",
+    "#line 7820 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41134,7 +41173,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7924 \"springls.h\"\n",
+    "#line 7926 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41450,7 +41489,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8241 \"springls.h\"\n",
+    "#line 8243 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41480,7 +41519,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8271 \"springls.h\"\n",
+    "#line 8273 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41495,7 +41534,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8287 \"springls.h\"\n",
+    "#line 8289 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41664,7 +41703,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8456 \"springls.h\"\n",
+    "#line 8458 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41679,7 +41718,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8471 \"springls.h\"\n",
+    "#line 8473 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41848,7 +41887,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8640 \"springls.h\"\n",
+    "#line 8642 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41902,7 +41941,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8695 \"springls.h\"\n",
+    "#line 8697 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41928,7 +41967,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8721 \"springls.h\"\n",
+    "#line 8723 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41943,7 +41982,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8737 \"springls.h\"\n",
+    "#line 8739 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42026,7 +42065,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8820 \"springls.h\"\n",
+    "#line 8822 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42041,7 +42080,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8835 \"springls.h\"\n",
+    "#line 8837 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42124,7 +42163,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8918 \"springls.h\"\n",
+    "#line 8920 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42198,7 +42237,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8993 \"springls.h\"\n",
+    "#line 8995 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42752,7 +42791,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9548 \"springls.h\"\n",
+    "#line 9550 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42848,7 +42887,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9645 \"springls.h\"\n",
+    "#line 9647 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -42969,7 +43008,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9767 \"springls.h\"\n",
+    "#line 9769 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43250,7 +43289,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10049 \"springls.h\"\n",
+    "#line 10051 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43336,7 +43375,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10136 \"springls.h\"\n",
+    "#line 10138 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43479,7 +43518,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10280 \"springls.h\"\n",
+    "#line 10282 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43668,7 +43707,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10470 \"springls.h\"\n",
+    "#line 10472 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43793,7 +43832,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10596 \"springls.h\"\n",
+    "#line 10598 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43827,7 +43866,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10631 \"springls.h\"\n",
+    "#line 10633 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44365,7 +44404,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11170 \"springls.h\"\n",
+    "#line 11172 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44515,7 +44554,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11321 \"springls.h\"\n",
+    "#line 11323 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44593,7 +44632,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11400 \"springls.h\"\n",
+    "#line 11402 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44842,7 +44881,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11650 \"springls.h\"\n",
+    "#line 11652 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45067,7 +45106,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11876 \"springls.h\"\n",
+    "#line 11878 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45141,38 +45180,47 @@ static const char *const springls__kernel_lines[] = {
     "    return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that\n",
-    "   touches it. */\n",
+    "/* Lets active brick i sleep, until springls__awake_element and near_awake_element find that it is awake. */\n",
+    "SPRINGLS__MATHS void springls__lull_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    const int slot = model->grid.active[i];\n",
+    "    (void)args;\n",
+    "    model->grid.awake[slot] = model->grid.near_awake[slot] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Wakes the bricks that touch an octant of active brick i in which springls have stirred lately. Few bricks have one, so this costs as\n",
+    "   much as what is awake. */\n",
     "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const uint8_t *calm = g->calm + g->active[i] * SPRINGLS__OCTANTS;\n",
     "    const int limit = springls__calm_limit(model);\n",
-    "    int origin[3], d, o, awake = 0;\n",
+    "    int origin[3], d, o, stirred = 0;\n",
     "    (void)args;\n",
+    "    for (o = 0; o < SPRINGLS__OCTANTS; o++) stirred |= (calm[o] < limit) << o;\n",
+    "    if (!stirred) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
-    "    for (d = 0; d < 27 && !awake; d++) {\n",
-    "        int slot = springls__slot_around(g, origin, d);\n",
-    "        if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
-    "        for (o = 0; o < SPRINGLS__OCTANTS; o++)\n",
-    "            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        const int slot = springls__slot_around(g, origin, d);\n",
+    "        const int beside = springls__octants_beside(26 - d); /* of this brick as seen from that one */\n",
+    "        if (slot >= SPRINGLS__FIRST_SLOT && (beside & stirred)) SPRINGLS__MARK(g->awake + slot, 1);\n",
     "    }\n",
-    "    g->awake[g->active[i]] = (uint8_t)awake;\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i or one around it is awake. */\n",
+    "/* Marks the bricks around active brick i, and itself, as near one that is awake, if it is. */\n",
     "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int origin[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    int origin[3], d;\n",
     "    (void)args;\n",
+    "    if (!g->awake[g->active[i]]) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
-    "    for (d = 0; d < 27 && !near_awake; d++) {\n",
-    "        int slot = springls__slot_around(g, origin, d);\n",
-    "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
+    "    for (d = 0; d < 27; d++) {\n",
+    "        const int slot = springls__slot_around(g, origin, d);\n",
+    "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
-    "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 11982 \"springls.h\"\n",
+    "#line 11993 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45269,7 +45317,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12080 \"springls.h\"\n",
+    "#line 12091 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45807,7 +45855,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12619 \"springls.h\"\n",
+    "#line 12630 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45840,7 +45888,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12653 \"springls.h\"\n",
+    "#line 12664 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45865,14 +45913,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12679 \"springls.h\"\n",
+    "#line 12690 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12686 \"springls.h\"\n",
+    "#line 12697 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45887,7 +45935,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12702 \"springls.h\"\n",
+    "#line 12713 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46013,7 +46061,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12828 \"springls.h\"\n",
+    "#line 12839 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46028,7 +46076,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12843 \"springls.h\"\n",
+    "#line 12854 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46154,7 +46202,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12970 \"springls.h\"\n",
+    "#line 12981 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46446,7 +46494,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13263 \"springls.h\"\n",
+    "#line 13274 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46461,6 +46509,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \\\n",
     "    X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \\\n",
     "    X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \\\n",
+    "    X(lull, LISTS, 4096, SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                                       \\\n",
     "    X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \\\n",
     "    X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \\\n",
     "    X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \\\n",
@@ -46581,7 +46630,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 17995 \"springls.h\"\n",
+    "#line 18008 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47692,7 +47741,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19107 \"springls.h\"\n",
+    "#line 19120 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48319,7 +48368,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19735 \"springls.h\"\n",
+    "#line 19748 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48916,7 +48965,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48920 \"springls.h\"\n",
+    "#line 48969 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -49815,12 +49864,17 @@ SPRINGLS__FN void springls__merge_references_work(void *arg, int begin, int end,
 {
     const springls__both_references *both = (const springls__both_references *)arg;
     const springls__grid *g = &both->grid;
+    const bool far_alike = both->first->far_value == both->second->far_value;
     int v;
     (void)memory;
     for (; begin < end; begin++) {
         const float *a = springls__phi_of_entry(both->first, g, begin), *b = springls__phi_of_entry(both->second, g, begin);
         float *out = g->phi + (size_t)g->top[begin] * SPRINGLS__BRICK_VOXELS;
         if (g->top[begin] < SPRINGLS__FIRST_SLOT) continue;
+        if (far_alike && springls__slot_of_brick(both->second, springls__brick_of_entry(g, begin)) < SPRINGLS__FIRST_SLOT) {
+            memcpy(out, a, SPRINGLS__BRICK_VOXELS * sizeof *out); /* the second is as far away as can be: mostly, where it is a tool */
+            continue;
+        }
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
     }
 }
@@ -49903,14 +49957,16 @@ typedef struct springls__both_originals {
     bool drops, joined, taken;
 } springls__both_originals;
 
-/* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
-   many then share. */
+/* After every so many triangles that combinations have added, or about as many as there are springls, those without use are dropped: what
+   that costs goes with the model, and many combinations share it. */
 enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
 
-/* Returns true when unused triangles of the original surface are to be dropped as another one is added. */
-SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other)
+/* Returns true when unused triangles of the original surface of so many springls are to be dropped as another one is added. */
+SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other, int springls)
 {
-    return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
+    int period = SPRINGLS__ORIGINALS_PERIOD;
+    while (period <= springls / 2) period *= 2;
+    return own->count > 0 && own->given / period < (own->given + other->given) / period;
 }
 
 /* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
@@ -49923,7 +49979,7 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
     both->model = ctx;
     both->other = other;
     both->turn = turn;
-    both->drops = springls__drops_originals(own, other);
+    both->drops = springls__drops_originals(own, other, ctx->model.set.count);
     both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
     if (!both->drops) return SPRINGLS_OK;
@@ -50181,21 +50237,27 @@ SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__cal
 typedef struct springls__awake_aside {
     springls__calm_aside calm;
     springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
-    int slot_count, asleep_count, some_asleep;
+    springls__buffer asleep;        /* of each springl                                             */
+    int slot_count, count, asleep_count, some_asleep;
     bool at_rest;
 } springls__awake_aside;
 
 SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
 {
     const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
+    const size_t slot_count = (size_t)g->slot_count, count = (size_t)ctx->model.set.count;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->asleep, count, 1, 0));
+    aside->asleep_count = ctx->model.cells.asleep_count;
+    springls__find_sleepers(ctx);
     memcpy(aside->awake.data, g->awake, slot_count);
     memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
     memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    memcpy(aside->asleep.data, ctx->model.cells.asleep, count);
     aside->slot_count = g->slot_count;
-    aside->asleep_count = ctx->model.cells.asleep_count;
+    aside->count = ctx->model.set.count;
     aside->some_asleep = g->some_asleep;
     aside->at_rest = ctx->at_rest;
     return SPRINGLS_OK;
@@ -50214,10 +50276,22 @@ SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls
         g->awake[i] = was_there ? awake[i] : 1;
         g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
     }
-    springls__find_sleepers(ctx);
+    memcpy(ctx->model.cells.asleep, aside->asleep.data, (size_t)aside->count);
     ctx->model.cells.asleep_count = aside->asleep_count;
     g->some_asleep = aside->some_asleep;
     ctx->at_rest = aside->at_rest;
+}
+
+/* Finds which springls are asleep where fewer bricks are awake than before: those that were. */
+SPRINGLS__FN void springls__find_more_sleepers(springls_context *ctx, const springls__awake_aside *aside)
+{
+    const uint8_t *before = (const uint8_t *)aside->asleep.data;
+    springls__model *model = &ctx->model;
+    int i;
+    for (i = 0; i < model->set.count; i++)
+        model->cells.asleep[i] = (i < aside->count && before[i])
+                              || !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+    model->cells.asleep_count = model->set.count;
 }
 
 /* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
@@ -50234,7 +50308,7 @@ SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int fi
     springls__find_awake_bricks(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
-    springls__find_sleepers(ctx);
+    springls__find_more_sleepers(ctx, aside);
     g->some_asleep = 1;
     return SPRINGLS_OK;
 }
@@ -50243,6 +50317,7 @@ SPRINGLS__FN void springls__awake_aside_free(springls_context *ctx, springls__aw
 {
     springls__calm_aside_free(ctx, &aside->calm);
     springls__buffer_free(ctx, &aside->awake);
+    springls__buffer_free(ctx, &aside->asleep);
     springls__buffer_free(ctx, &aside->bricks);
 }
 

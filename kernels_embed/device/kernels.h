@@ -41,6 +41,7 @@
     X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \
     X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
     X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(lull, LISTS, 4096, SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                                       \
     X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \
     X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \
     X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \

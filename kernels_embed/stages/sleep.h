@@ -77,36 +77,45 @@ SPRINGLS__MATHS int springls__octants_beside(int d)
     return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
 }
 
-/* Finds whether active brick i is awake: whether springls have stirred lately in an octant of the brick, or in one that
-   touches it. */
+/* Lets active brick i sleep, until springls__awake_element and near_awake_element find that it is awake. */
+SPRINGLS__MATHS void springls__lull_element(const springls__model *model, springls__arguments args, int i)
+{
+    const int slot = model->grid.active[i];
+    (void)args;
+    model->grid.awake[slot] = model->grid.near_awake[slot] = 0;
+}
+
+/* Wakes the bricks that touch an octant of active brick i in which springls have stirred lately. Few bricks have one, so this costs as
+   much as what is awake. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const uint8_t *calm = g->calm + g->active[i] * SPRINGLS__OCTANTS;
     const int limit = springls__calm_limit(model);
-    int origin[3], d, o, awake = 0;
+    int origin[3], d, o, stirred = 0;
     (void)args;
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) stirred |= (calm[o] < limit) << o;
+    if (!stirred) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (d = 0; d < 27 && !awake; d++) {
-        int slot = springls__slot_around(g, origin, d);
-        if (slot < SPRINGLS__FIRST_SLOT) continue;
-        for (o = 0; o < SPRINGLS__OCTANTS; o++)
-            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
+    for (d = 0; d < 27; d++) {
+        const int slot = springls__slot_around(g, origin, d);
+        const int beside = springls__octants_beside(26 - d); /* of this brick as seen from that one */
+        if (slot >= SPRINGLS__FIRST_SLOT && (beside & stirred)) SPRINGLS__MARK(g->awake + slot, 1);
     }
-    g->awake[g->active[i]] = (uint8_t)awake;
 }
 
-/* Finds whether active brick i or one around it is awake. */
+/* Marks the bricks around active brick i, and itself, as near one that is awake, if it is. */
 SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    int origin[3], d, near_awake = g->awake[g->active[i]];
+    int origin[3], d;
     (void)args;
+    if (!g->awake[g->active[i]]) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (d = 0; d < 27 && !near_awake; d++) {
-        int slot = springls__slot_around(g, origin, d);
-        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
+    for (d = 0; d < 27; d++) {
+        const int slot = springls__slot_around(g, origin, d);
+        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);
     }
-    g->near_awake[g->active[i]] = (uint8_t)near_awake;
 }
 
 #endif

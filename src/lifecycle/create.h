@@ -20,6 +20,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     if (ctx->step.ended) springls__abandon_step(ctx);
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__surface_free(ctx, &ctx->correspondences);
     springls__surface_free(ctx, &ctx->contour_surface);
     springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->id_memory);

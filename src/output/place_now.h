@@ -9,24 +9,41 @@
 
 typedef struct springls__place_query {
     const springls_context *ctx;
-    springls__surface correspondences; /* of the springls, each a triangle of one point */
     const float *points;
     springls_material_place *out;
 } springls__place_query;
 
+/* Springls whose side on the original surface is known: it takes a search, and each round of a fit asks for those of nearly the same
+   springls. */
+enum { SPRINGLS__SIDES_KNOWN = 256 };
+
 /* The springls around a place on the original surface: the nearest, whose side counts, and a radius, voxels. */
 typedef struct springls__place_search {
-    springls__v3 a, normal; /* on the original surface */
+    springls__v3 a, normal; /* on the original surface                                         */
     int nearest;
     float radius;
+    int triangle;           /* of the original surface, the last one found: the next is near it */
+    struct { int springl; bool same; } side[SPRINGLS__SIDES_KNOWN];
 } springls__place_search;
 
 /* Returns the unit normal of the original surface at a correspondence; zero without one. */
-SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__v3 a)
+SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__place_search *at, springls__v3 a)
 {
-    const springls__surface_hit hit = springls__surface_closest(&ctx->original, a, FLT_MAX);
+    const springls__surface_hit hit = springls__surface_closest_from(&ctx->original, a, FLT_MAX, at->triangle);
+    at->triangle = hit.triangle;
     if (hit.triangle < 0) return springls__v3_make(0.0f, 0.0f, 0.0f);
     return springls__tri_normal(springls__surface_triangle(&ctx->original, hit.triangle));
+}
+
+/* Returns whether springl i comes from the same side of the original surface as the nearest one. */
+SPRINGLS__FN bool springls__is_on_same_side(const springls_context *ctx, springls__place_search *at, int i)
+{
+    const int n = i % SPRINGLS__SIDES_KNOWN;
+    if (at->side[n].springl != i) {
+        at->side[n].springl = i;
+        at->side[n].same = !(springls__dot(springls__original_normal(ctx, at, ctx->model.set.a[i]), at->normal) < 0.0f);
+    }
+    return at->side[n].same;
 }
 
 /* Finds the springl with the nearest correspondence within four voxels: further away the surface is gone. */
@@ -34,29 +51,29 @@ SPRINGLS__FN springls__place_search springls__place_search_of(const springls__pl
 {
     const springls__v3 *from = q->ctx->model.set.a;
     springls__place_search place;
-    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, 4.0f);
+    springls__near_walk walk = springls__near_walk_begin(&q->ctx->correspondences, a, 4.0f);
     float d2, least = 16.0f;
     int i;
     place.a = a;
-    place.nearest = -1;
+    place.nearest = place.triangle = -1;
+    for (i = 0; i < SPRINGLS__SIDES_KNOWN; i++) place.side[i].springl = -1;
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         d2 = springls__length2(springls__sub(from[i], a));
         if (d2 > least || (d2 == least && place.nearest >= 0 && i > place.nearest)) continue;
         least = d2;
         place.nearest = i;
     }
-    place.normal = springls__original_normal(q->ctx, place.nearest < 0 ? a : from[place.nearest]);
+    place.normal = springls__original_normal(q->ctx, &place, place.nearest < 0 ? a : from[place.nearest]);
     place.radius = 2.5f + springls__sqrt(least);
     return place;
 }
 
 /* Fits the present places of springls on the same side to their correspondences around `a`. Returns false when they are too few. */
-SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const springls__place_search *at, springls__v3 a,
-                                      springls__v3 *place)
+SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, springls__place_search *at, springls__v3 a, springls__v3 *place)
 {
     const springls__constellation *set = &q->ctx->model.set;
     const springls__v3 normal_now = springls__springl_normal(set->s[at->nearest]);
-    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, at->radius);
+    springls__near_walk walk = springls__near_walk_begin(&q->ctx->correspondences, a, at->radius);
     springls__affine_fit fit;
     int i;
     memset(&fit, 0, sizeof fit);
@@ -64,7 +81,7 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const spri
         const springls__v3 r = springls__sub(set->a[i], a);
         const float d2 = springls__length2(r) / (at->radius * at->radius);
         if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[i]), normal_now) > 0.0f)) continue;
-        if (springls__dot(springls__original_normal(q->ctx, set->a[i]), at->normal) < 0.0f) continue;
+        if (!springls__is_on_same_side(q->ctx, at, i)) continue;
         springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count < 4) return false;
@@ -73,7 +90,7 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const spri
 }
 
 /* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
-SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, const springls__place_search *at, springls__v3 *place)
+SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, springls__place_search *at, springls__v3 *place)
 {
     const springls_context *ctx = q->ctx;
     springls__v3 aim = at->a, best = ctx->model.set.s[at->nearest].p, x;
@@ -101,7 +118,7 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
     const springls__model *model = &ctx->model;
     for (; begin < end; begin++) {
         springls_material_place *out = &q->out[begin];
-        const springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
         springls__v3 x, n;
         float missed;
         memset(out, 0, sizeof *out);
@@ -117,26 +134,34 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
     }
 }
 
+/* Makes the hierarchy over the correspondences, each a triangle of one point, where springls have changed. */
+SPRINGLS__FN springls_status springls__find_correspondences(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    int i, m;
+    if (ctx->correspondences_version == ctx->model_version) return SPRINGLS_OK;
+    ctx->correspondences_version = 0;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->correspondences, count));
+    for (i = 0; i < count; i++)
+        for (m = 0; m < 3; m++) ctx->correspondences.points[3 * i + m] = ctx->model.set.a[i];
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->correspondences, count));
+    ctx->correspondences_version = ctx->model_version;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out)
 {
     springls__place_query q;
-    springls_status status;
-    int i, m;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "place_now"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    memset(&q, 0, sizeof q);
+    SPRINGLS__TRY(springls__find_correspondences(ctx));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
-    status = springls__surface_reserve(ctx, &q.correspondences, ctx->model.set.count);
-    for (i = 0; status == SPRINGLS_OK && i < ctx->model.set.count; i++)
-        for (m = 0; m < 3; m++) q.correspondences.points[3 * i + m] = ctx->model.set.a[i];
-    if (status == SPRINGLS_OK) status = springls__surface_finish(ctx, &q.correspondences, ctx->model.set.count);
-    if (status == SPRINGLS_OK) springls__parallel(ctx, count, 8, springls__place_now_task, &q);
-    springls__surface_free(ctx, &q.correspondences);
-    return status;
+    springls__parallel(ctx, count, 8, springls__place_now_task, &q);
+    return SPRINGLS_OK;
 }
 
 #endif

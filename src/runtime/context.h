@@ -241,6 +241,7 @@ struct springls_context {
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__surface correspondences; /* those of the springls, for springls_place_now                          */
     springls__buffer bvh_memory; /* working memory of bvh.h                                                      */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
@@ -293,6 +294,7 @@ struct springls_context {
     int part_count;
     springls__surface contour_surface; /* the triangles of that mesh, for queries                                 */
     uint64_t contour_surface_version;  /* the surface_version that they are of; 0: there are none                 */
+    uint64_t correspondences_version; /* the model_version that `correspondences` is of; 0: there is none         */
     uint64_t nearby_version; /* the model_version that queries of few places have made bricks of that mesh of      */
     int nearby_bricks;       /* how many, margins included                                                        */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */

@@ -41,6 +41,7 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 /* Finds the bricks that are awake, and those beside them; not yet the springls. */
 SPRINGLS__FN void springls__find_awake_bricks(springls_context *ctx)
 {
+    springls__run(ctx, SPRINGLS__KERNEL_lull, ctx->model.grid.active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_awake, ctx->model.grid.active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, ctx->model.grid.active_count, NULL);
 }

@@ -45,12 +45,17 @@ SPRINGLS__FN void springls__merge_references_work(void *arg, int begin, int end,
 {
     const springls__both_references *both = (const springls__both_references *)arg;
     const springls__grid *g = &both->grid;
+    const bool far_alike = both->first->far_value == both->second->far_value;
     int v;
     (void)memory;
     for (; begin < end; begin++) {
         const float *a = springls__phi_of_entry(both->first, g, begin), *b = springls__phi_of_entry(both->second, g, begin);
         float *out = g->phi + (size_t)g->top[begin] * SPRINGLS__BRICK_VOXELS;
         if (g->top[begin] < SPRINGLS__FIRST_SLOT) continue;
+        if (far_alike && springls__slot_of_brick(both->second, springls__brick_of_entry(g, begin)) < SPRINGLS__FIRST_SLOT) {
+            memcpy(out, a, SPRINGLS__BRICK_VOXELS * sizeof *out); /* the second is as far away as can be: mostly, where it is a tool */
+            continue;
+        }
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
     }
 }
@@ -133,14 +138,16 @@ typedef struct springls__both_originals {
     bool drops, joined, taken;
 } springls__both_originals;
 
-/* After every so many triangles that combinations have added, those without use are dropped: that takes as long as a combination, which
-   many then share. */
+/* After every so many triangles that combinations have added, or about as many as there are springls, those without use are dropped: what
+   that costs goes with the model, and many combinations share it. */
 enum { SPRINGLS__ORIGINALS_PERIOD = 16384 };
 
-/* Returns true when unused triangles of the original surface are to be dropped as another one is added. */
-SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other)
+/* Returns true when unused triangles of the original surface of so many springls are to be dropped as another one is added. */
+SPRINGLS__FN bool springls__drops_originals(const springls__surface *own, const springls__surface *other, int springls)
 {
-    return own->count > 0 && own->given / SPRINGLS__ORIGINALS_PERIOD < (own->given + other->given) / SPRINGLS__ORIGINALS_PERIOD;
+    int period = SPRINGLS__ORIGINALS_PERIOD;
+    while (period <= springls / 2) period *= 2;
+    return own->count > 0 && own->given / period < (own->given + other->given) / period;
 }
 
 /* Begins to add the other model's original surface to this model's. turn: turns its triangles. */
@@ -153,7 +160,7 @@ SPRINGLS__FN springls_status springls__originals_begin(springls_context *ctx, sp
     both->model = ctx;
     both->other = other;
     both->turn = turn;
-    both->drops = springls__drops_originals(own, other);
+    both->drops = springls__drops_originals(own, other, ctx->model.set.count);
     both->to = both->drops ? &both->made : own;
     both->next = both->count = both->to == own ? own->count : 0;
     if (!both->drops) return SPRINGLS_OK;

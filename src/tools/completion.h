@@ -63,21 +63,27 @@ SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__cal
 typedef struct springls__awake_aside {
     springls__calm_aside calm;
     springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
-    int slot_count, asleep_count, some_asleep;
+    springls__buffer asleep;        /* of each springl                                             */
+    int slot_count, count, asleep_count, some_asleep;
     bool at_rest;
 } springls__awake_aside;
 
 SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
 {
     const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count;
+    const size_t slot_count = (size_t)g->slot_count, count = (size_t)ctx->model.set.count;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->asleep, count, 1, 0));
+    aside->asleep_count = ctx->model.cells.asleep_count;
+    springls__find_sleepers(ctx);
     memcpy(aside->awake.data, g->awake, slot_count);
     memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
     memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
+    memcpy(aside->asleep.data, ctx->model.cells.asleep, count);
     aside->slot_count = g->slot_count;
-    aside->asleep_count = ctx->model.cells.asleep_count;
+    aside->count = ctx->model.set.count;
     aside->some_asleep = g->some_asleep;
     aside->at_rest = ctx->at_rest;
     return SPRINGLS_OK;
@@ -96,10 +102,22 @@ SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls
         g->awake[i] = was_there ? awake[i] : 1;
         g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
     }
-    springls__find_sleepers(ctx);
+    memcpy(ctx->model.cells.asleep, aside->asleep.data, (size_t)aside->count);
     ctx->model.cells.asleep_count = aside->asleep_count;
     g->some_asleep = aside->some_asleep;
     ctx->at_rest = aside->at_rest;
+}
+
+/* Finds which springls are asleep where fewer bricks are awake than before: those that were. */
+SPRINGLS__FN void springls__find_more_sleepers(springls_context *ctx, const springls__awake_aside *aside)
+{
+    const uint8_t *before = (const uint8_t *)aside->asleep.data;
+    springls__model *model = &ctx->model;
+    int i;
+    for (i = 0; i < model->set.count; i++)
+        model->cells.asleep[i] = (i < aside->count && before[i])
+                              || !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+    model->cells.asleep_count = model->set.count;
 }
 
 /* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
@@ -116,7 +134,7 @@ SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int fi
     springls__find_awake_bricks(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
-    springls__find_sleepers(ctx);
+    springls__find_more_sleepers(ctx, aside);
     g->some_asleep = 1;
     return SPRINGLS_OK;
 }
@@ -125,6 +143,7 @@ SPRINGLS__FN void springls__awake_aside_free(springls_context *ctx, springls__aw
 {
     springls__calm_aside_free(ctx, &aside->calm);
     springls__buffer_free(ctx, &aside->awake);
+    springls__buffer_free(ctx, &aside->asleep);
     springls__buffer_free(ctx, &aside->bricks);
 }
 
