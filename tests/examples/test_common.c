@@ -805,6 +805,28 @@ TEST ply_comes_back_welded(void)
     PASS();
 }
 
+/* Numbers of a binary file may begin with the byte of a line end, or of other white space. */
+TEST ply_may_begin_with_any_byte(void)
+{
+    static const unsigned char bytes[] = {'\0', '\t', '\n', '\f', '\r', ' '};
+    for (size_t i = 0; i < sizeof bytes; ++i) {
+        float soup[9] = {1.8f, 0, 0, 0, 1, 0, 0, 0, 1};
+        uint32_t bits;
+        struct mesh mesh;
+        char error[MESH_TEXT];
+        memcpy(&bits, soup, sizeof bits);
+        bits = (bits & 0xFFFFFF00u) | bytes[i];
+        memcpy(soup, &bits, sizeof bits);
+        const struct mesh_arrays ply = {.positions = soup, .vertex_count = 3, .triangle_count = 1};
+        ASSERT(mesh_write_ply(scratch("a.ply"), &ply, error));
+        ASSERTm(error, mesh_read(scratch("a.ply"), &mesh, error));
+        ASSERT_EQ(1u, mesh.triangle_count);
+        ASSERT_MEM_EQ(soup, mesh.positions, sizeof soup);
+        mesh_free(&mesh);
+    }
+    PASS();
+}
+
 /* ---- volumes ---- */
 
 TEST volume_comes_back_in_its_geometry(void)
@@ -933,6 +955,7 @@ int main(int argc, char **argv)
     RUN_TEST(concentric_spheres_are_their_gap_apart);
     RUN_TEST(overlap_by_hand);
     RUN_TEST(ply_comes_back_welded);
+    RUN_TEST(ply_may_begin_with_any_byte);
     RUN_TEST(volume_comes_back_in_its_geometry);
     RUN_TEST(contours_are_drawn_where_they_are);
     RUN_TEST(the_cache_has_its_folder);

@@ -404,13 +404,61 @@ static bool faces_are_good(const struct aiScene *scene, const char *path, char e
     return true;
 }
 
-static const struct aiScene *import(const char *path, unsigned steps, const struct aiPropertyStore *properties,
+/* A file as assimp is to read it: from `bytes` where these are not NULL. */
+struct source {
+    const char *path;
+    unsigned char *bytes;
+    size_t size;
+};
+
+/* Passes over the header of a binary PLY file. Returns NULL for another file. */
+static const unsigned char *behind_ply_header(const unsigned char *bytes, size_t size)
+{
+    const unsigned char *line = bytes, *end;
+    bool binary = false;
+    if (!bytes || size < 4 || memcmp(bytes, "ply", 3) != 0) {
+        return NULL;
+    }
+    while ((end = memchr(line, '\n', (size_t)(bytes + size - line))) != NULL) {
+        const size_t length = (size_t)(end - line);
+        if (length == 10 && memcmp(line, "end_header", length) == 0) {
+            return binary ? end + 1 : NULL;
+        }
+        binary = binary || (length >= 13 && memcmp(line, "format binary", 13) == 0);
+        line = end + 1;
+    }
+    return NULL;
+}
+
+/* assimp passes over a line end behind the header of a binary PLY file, and loses its place where that is the first byte of a number: gets
+ * another one to pass over. Returns false if memory is short. */
+static bool guard_first_number(struct source *source)
+{
+    size_t size;
+    unsigned char *bytes = scene_read_file(source->path, &size);
+    const unsigned char *behind = behind_ply_header(bytes, size);
+    const bool needed = behind && behind < bytes + size && *behind == '\n';
+    const size_t header = needed ? (size_t)(behind - bytes) : 0;
+    unsigned char *grown = needed ? realloc(bytes, size + 1) : NULL;
+    if (!grown) {
+        free(bytes);
+        return !needed;
+    }
+    memmove(grown + header + 1, grown + header, size - header);
+    source->bytes = grown;
+    source->size = size + 1;
+    return true;
+}
+
+static const struct aiScene *import(const struct source *source, unsigned steps, const struct aiPropertyStore *properties,
                                     char error[SCENE_TEXT])
 {
-    const struct aiScene *scene = aiImportFileExWithProperties(path, steps, NULL, properties);
+    const struct aiScene *scene =
+        source->bytes ? aiImportFileFromMemoryWithProperties((const char *)source->bytes, (unsigned)source->size, steps, "ply", properties)
+                      : aiImportFileExWithProperties(source->path, steps, NULL, properties);
     if (!scene) {
         const char *reason = aiGetErrorString();
-        scene_fail(error, path, "%.180s", reason && *reason ? reason : "cannot be read");
+        scene_fail(error, source->path, "%.180s", reason && *reason ? reason : "cannot be read");
     }
     return scene;
 }
@@ -419,18 +467,21 @@ static const struct aiScene *import(const char *path, unsigned steps, const stru
 bool assimp_scene_read(const char *path, enum scene_extent extent, struct scene *scene, char error[SCENE_TEXT])
 {
     struct reader r = {.path = path, .to = scene, .extent = extent, .error = error};
-    struct aiPropertyStore *properties = aiCreatePropertyStore();
+    struct source source = {.path = path};
+    struct aiPropertyStore *properties = guard_first_number(&source) ? aiCreatePropertyStore() : NULL;
     if (!properties) {
+        free(source.bytes);
         return no_memory(&r);
     }
     aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const struct aiScene *raw = import(path, 0, properties, error);
+    const struct aiScene *raw = import(&source, 0, properties, error);
     if (raw) {
         const bool good = faces_are_good(raw, path, error);
         aiReleaseImport(raw);
-        r.from = good ? import(path, aiProcess_Triangulate | aiProcess_SortByPType, properties, error) : NULL;
+        r.from = good ? import(&source, aiProcess_Triangulate | aiProcess_SortByPType, properties, error) : NULL;
     }
     aiReleasePropertyStore(properties);
+    free(source.bytes);
     const bool good = r.from && convert(&r);
     aiReleaseImport(r.from);
     free(r.nodes);
