@@ -37,7 +37,7 @@ struct csg {
     struct cli_common common;
     const char *operation, *result, *set;
     double amount;
-    bool keep_volume, strict;
+    bool keep_volume, preserve, strict;
     struct solid solids[MAX_SOLIDS];
     int count;
     double spacing;
@@ -484,6 +484,18 @@ static bool warn_of_losses(const struct csg *csg)
     return any;
 }
 
+static int genus(const springls_measures *m) { return m->components - m->euler / 2; }
+
+/* Says where smoothing has changed how many parts and handles there are. */
+static void note_topology(const struct csg *csg)
+{
+    const springls_measures *before = &csg->solids[0].measures, *after = &csg->measures;
+    if (strcmp(csg->operation, "smooth") == 0 && (before->components != after->components || before->euler != after->euler)) {
+        fprintf(stderr, "csg: note: smooth: components %d, genus %d before, %d and %d after%s\n", before->components, genus(before),
+                after->components, genus(after), csg->preserve ? "" : ": --preserve keeps both");
+    }
+}
+
 static void print(const struct csg *csg)
 {
     for (int i = 0; i < csg->count; ++i) {
@@ -560,6 +572,7 @@ int main(int argc, char **argv)
         {"strict", CLI_FLAG, &csg.strict, NULL, "exit status 3 where a file falls apart, or a tenth of its area or volume is lost", 0.0,
          0.0, NULL},
         {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
+        {"preserve", CLI_FLAG, &csg.preserve, NULL, "smooth: parts and handles stay as many; writes the zero level of phi", 0.0, 0.0, NULL},
         {"result", CLI_RESULT, &csg.result, "FILE", "PLY, OBJ, STL or GLB, by its extension (default: csg.ply in --out)", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &csg.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
@@ -572,6 +585,7 @@ int main(int argc, char **argv)
     const struct cli_rule rules[] = {
         {.given = "amount", .needs = "OPERATION=offset|OPERATION=smooth"},
         {.given = "keep-volume", .needs = "OPERATION=smooth"},
+        {.given = "preserve", .needs = "OPERATION=smooth"},
     };
     static const struct cli_writes writes[] = {{.files = "csg.png"}, {.files = "csg.ply", .without = "result"}};
     const struct cli_program program = {.name = "csg",
@@ -595,6 +609,10 @@ int main(int argc, char **argv)
     if (status == CLI_CONTINUE) {
         status = solid_contouring("csg", csg.common.params, csg.set, &csg.params, &csg.contouring);
     }
+    if (status == CLI_CONTINUE && csg.preserve) { /* it is phi whose topology is preserved */
+        csg.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        csg.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    }
     if (status == CLI_CONTINUE && csg.result) {
         status = run_check_output("csg", csg.result);
     }
@@ -616,6 +634,9 @@ int main(int argc, char **argv)
     }
     if (fine && cli_may_print(&csg.common)) {
         print(&csg);
+    }
+    if (fine) {
+        note_topology(&csg);
     }
     fine = fine && (!csg.result || write_result(&csg)) && (!csg.common.out || write_picture(&csg))
            && (!csg.common.json || write_json(&csg, backend));

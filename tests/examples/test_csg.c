@@ -262,6 +262,35 @@ TEST a_file_with_itself(void)
     PASS();
 }
 
+/* Two balls and a bridge of five between them, each added to the file of the last union: nothing wears off. Smoothing parts the bridge,
+   which is said, or keeps it where it is asked to. */
+TEST unions_of_unions_keep_their_genus(void)
+{
+    static const char *const beads[] = {"ball:-.5,0,0,.25", "ball:-.25,0,0,.25", "ball:0,0,0,.25", "ball:.25,0,0,.25", "ball:.5,0,0,.25"};
+    char solid[1024], smooth[1024];
+    snprintf(solid, sizeof solid, "%s", scratch("beads.ply"));
+    snprintf(smooth, sizeof smooth, "%s", scratch("smooth.ply"));
+    const char *const more[] = {"--grid", "96", "--result", solid, "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("union", "ball:-1.5,0,0,1", "ball:1.5,0,0,1", more));
+    for (int i = 0; i < 5; ++i) {
+        ASSERT_EQ(CLI_EXIT_OK, run_csg("union", solid, beads[i], more));
+        const struct solid_facts facts = facts_of(solid);
+        ASSERT_EQ(i < 4 ? 2 : 1, facts.components);
+        ASSERT_EQ(2 * facts.components, facts.euler);
+        ASSERT_EQ(0, facts.open_edges);
+    }
+    const char *const parted[] = {"--grid", "48", "--amount", "0.5", "--result", smooth, "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("smooth", solid, NULL, parted));
+    ASSERT_EQ(2, facts_of(smooth).components);
+    ASSERTm(printed("stderr"), strstr(printed("stderr"), "components 1, genus 0 before, 2 and 0 after: --preserve") != NULL);
+    const char *const kept[] = {"--grid", "48", "--amount", "0.5", "--preserve", "--result", smooth, "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("smooth", solid, NULL, kept));
+    ASSERT_EQ(1, facts_of(smooth).components);
+    ASSERT_EQ(2, facts_of(smooth).euler);
+    ASSERT_STR_EQ("", printed("stderr"));
+    PASS();
+}
+
 TEST empty_results_leave_no_file(void)
 {
     const char *const more[] = {"--grid", "32", "--result", scratch("nothing.ply"), NULL};
@@ -387,6 +416,7 @@ int main(int argc, char **argv)
     RUN_TEST(holes_shells_and_parts_are_counted);
     RUN_TEST(what_is_lost_is_named);
     RUN_TEST(a_file_with_itself);
+    RUN_TEST(unions_of_unions_keep_their_genus);
     RUN_TEST(empty_results_leave_no_file);
     RUN_TEST(bad_files_are_named);
     RUN_TEST(results_that_cannot_be_written_end_with_one_line);

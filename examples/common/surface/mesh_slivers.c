@@ -163,7 +163,7 @@ static int common_neighbours(const struct work *w, int a, int b)
 /* Finds how thin triangles are around `from` once it is merged into `to`. False: it cannot be. */
 static bool after_merge(const struct work *w, int from, int to, struct shape *shape)
 {
-    const double least = 0.5, least_of_all = 0.2;
+    const double least = 0.85, least_of_all = 0.5;
     double sum[3] = {0.0, 0.0, 0.0}, moved = INFINITY;
     int left, right;
     if (ring_count(w, from) > RING || ring_count(w, to) > RING || !opposite(w, from, to, &left, &right) || ring_count(w, left) < 4
@@ -200,7 +200,7 @@ static bool after_merge(const struct work *w, int from, int to, struct shape *sh
 /* Finds how thin both triangles are once the edge from a to b joins left and right. False: it cannot. */
 static bool after_flip(const struct work *w, int a, int b, int left, int right, struct shape *shape)
 {
-    const double least = 0.2;
+    const double least = 0.5;
     const int before[2][3] = {{a, b, left}, {b, a, right}}, after[2][3] = {{left, right, b}, {right, left, a}};
     double n[2][3], sum[3], along[3], across[3], normal[3], from[3];
     if (w->changed[left] || w->changed[right] || ring_count(w, a) < 4 || ring_count(w, b) < 4 || are_joined(w, left, right)) {
