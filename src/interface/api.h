@@ -946,11 +946,13 @@ SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, 
    they are those of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
+#ifndef SPRINGLS_NO_CHUNKS
 /* The same at the vertices of a chunk of a consumer with correspondences, before the model changes: `channels` floats a vertex, with the
    bits that a vertex of the mesh at its place has. Chunks that show springls with new values are listed by the next
    springls_chunks_update. The first call after springls have moved builds a hierarchy over all of them. INVALID_ARGUMENT: also a chunk
    without correspondences. */
 SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out);
+#endif
 
 /* Names the origin of a springl, which decides how exact its place and its correspondence are. */
 typedef enum springls_kind {

@@ -199,7 +199,7 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     return springls__attribute_at_vertices(ctx, &job, mesh->vertex_count);
 }
 
-SPRINGLS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out)
+SPRINGLS__CHUNKS_API springls_status springls_chunk_attribute(springls_context *ctx, const springls_chunk *chunk, int index, float *out)
 {
     springls__mesh_attribute_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;

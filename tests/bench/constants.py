@@ -208,7 +208,7 @@ def cell(result, base):
         return values.replace('|', '/')[:60]
     if base and exact == base[2]:
         return 'same'
-    return ' / '.join('%.4g' % v for v in values.values()) + ' / %.1f s' % seconds
+    return ' / '.join('%.*g' % (6 if abs(v) >= 1.0 else 4, v) for v in values.values()) + ' / %.1f s' % seconds
 
 
 TUNED = """
