@@ -34,8 +34,7 @@ CASES = {
               'volumes off, %': r'off by ([\d.]+) %', 'area': r'area of all films: ([\d.]+)'}),
 }
 
-# Constants: name, value as it stands in the source, file, kind (length, cosine, count), case. A comment says why others are left out: sizes
-# of arrays, layouts, limits and bounds are no matter of taste.
+# Constants: name, value as it stands in the source, file, kind (number, cosine, count), and the case that is measured first.
 CONSTANTS = """
 SPRINGLS__LAZY_TURN             0.18f   src/solver/algorithm_tables.h        number  leveque
 opposed_limit                   0.15f   src/solver/algorithm_tables.h        number  leveque
@@ -233,8 +232,9 @@ PAGE = """<!-- written by: make constants PAGE=docs/constants.md -->
 What half and twice the value of each constant does to a case that shows it, where the library leaves a choice. Parameters that a user
 sets have their own tables (`make ablation`, `make accuracy`). Constants that are no choice are not here: sizes of arrays, layouts, limits
 of memory, bounds that follow from others, and tolerances of rounding. Of a cosine the angle is halved and doubled. "same": the figures
-and the hash of the state are those of the value as it is. A constant stands at the first case in which it changes something. One thread;
-seconds are the processor's, of a machine that does other things too: differences below a third mean nothing.
+and the hash of the state are those of the value as it is. A constant stands at a case in which it changes something. One thread; seconds
+are the processor's, of a machine that does other things too: differences below a third mean nothing. Nor do small differences of the
+foam and of Zalesak's ball: a foam's last bits decide which walls vanish first, and a few springls at the notch make the largest error.
 
 `make constants ONLY=NAME` measures one constant, or those whose file's name has NAME in it.
 """
@@ -268,9 +268,8 @@ def measure(folder, only):
     for case, lines in rows.items():
         if lines:
             arguments, title, wanted = CASES[case]
-            print('## %s\n\n%s: `build/%s`.\n%s, seconds. As it is: %s.\n' % (
-                case[0].upper() + case[1:], title[0].upper() + title[1:], arguments.format(out='build'),
-                ', '.join(wanted).capitalize(), cell(bases[case], None)))
+            print('## %s\n\n`build/%s`\n\n%s, seconds. As it is: %s.\n' % (
+                title[0].upper() + title[1:], arguments.format(out='build'), ', '.join(wanted).capitalize(), cell(bases[case], None)))
             print('\n'.join(['| Constant | Value | Half | Twice |', '|---|---|---|---|'] + lines) + '\n')
     if unseen:
         print('## Without effect here\n\nHalf and twice the value leave every case as it is; tests show what these are for.\n')

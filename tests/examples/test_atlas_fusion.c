@@ -394,7 +394,8 @@ static bool write_within_noise(const char *from, bool of_labels, const char *to)
         volume_place(dims, n, at);
         for (int a = 0; a < 3; ++a) at[a] -= part.dims[a], in = in && at[a] >= 0 && at[a] < part.dims[a];
         const float around = of_labels ? 0.0f : part.minimum + (part.maximum - part.minimum) * (0.5f + 0.5f * noise(&state));
-        whole.data[n] = in ? part.data[(size_t)at[0] + (size_t)part.dims[0] * ((size_t)at[1] + (size_t)part.dims[1] * (size_t)at[2])] : around;
+        whole.data[n] =
+            in ? part.data[(size_t)at[0] + (size_t)part.dims[0] * ((size_t)at[1] + (size_t)part.dims[1] * (size_t)at[2])] : around;
     }
     good = good && volume_write(to, &whole, VOLUME_FLOAT32, whole.data, error);
     volume_free(&whole);
