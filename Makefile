@@ -76,6 +76,7 @@ check: build/embed check-folders   ## is springls.h what the parts produce? are 
 	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
 	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
 	@CC="$(CC)" tests/portability/text.sh
+	@! command -v python3 > /dev/null || tests/bench/constants.py check .
 	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl

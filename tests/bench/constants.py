@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""constants.py parts FOLDER | measure FOLDER [ONLY]: what the library does with half and twice the values of its tuned constants.
+"""constants.py parts FOLDER | check FOLDER | measure FOLDER [ONLY]: what half and twice the values of the library's tuned constants do.
 
 parts changes the copies of src and kernels_embed in FOLDER, so that each constant below comes from the environment (SPRINGLS_CONSTANT=I=X:
-the I-th of the list is X), and all are measured with one compilation. measure runs the programs of FOLDER, which are linked with what
-these parts make, and prints docs/constants.md.
+the I-th of the list is X), and all are measured with one compilation. check says whether the list fits the parts in FOLDER. measure runs
+the programs of FOLDER, which are linked with what these parts make, and prints docs/constants.md.
 """
 import math
 import os
@@ -154,18 +154,21 @@ def constants():
     return [Constant(line) for line in CONSTANTS.strip().split('\n')]
 
 
-def make_parts(folder):
-    """Changes the copies of src and kernels_embed in the folder."""
+def make_parts(folder, write):
+    """Changes the copies of src and kernels_embed in the folder, or only checks that all constants stand where they are said to."""
     for number, c in enumerate(constants()):
         path = os.path.join(folder, c.file)
         with open(path, encoding='utf-8') as file:
             text, found = c.replace(file.read(), number)
         if found != 1:
-            sys.exit('constants: %s = %s stands %d times in %s' % (c.name, c.text, found, c.file))
+            sys.exit('constants: %s = %s stands %d times in %s, and once in the list of %s' % (c.name, c.text, found, c.file, __file__))
+        if not write:
+            continue
         with open(path, 'w', encoding='utf-8') as file:
             file.write(text)
-    with open(os.path.join(folder, 'src/interface/api.h'), 'a', encoding='utf-8') as file:
-        file.write(TUNED % ', '.join('%.9g' % c.value for c in constants()))
+    if write:
+        with open(os.path.join(folder, 'src/interface/api.h'), 'a', encoding='utf-8') as file:
+            file.write(TUNED % ', '.join('%.9g' % c.value for c in constants()))
 
 
 def figures(output, wanted):
@@ -277,7 +280,7 @@ def measure(folder, only):
 
 
 if __name__ == '__main__':
-    if sys.argv[1] == 'parts':
-        make_parts(sys.argv[2])
+    if sys.argv[1] in ('parts', 'check'):
+        make_parts(sys.argv[2], sys.argv[1] == 'parts')
     else:
         measure(sys.argv[2], sys.argv[3] if len(sys.argv) > 3 else '')
