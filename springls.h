@@ -14473,7 +14473,12 @@ SPRINGLS__FN float springls__max_coordinate(springls__v3 x)
 }
 
 /* ======== >>constellation  (src/model/constellation.h) ========================================================= */
-/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move.
+
+   Why one place: new springls are appended and get the next ids; removed ones leave, and those behind them move up in order, with all their
+   arrays (SPRINGLS__SPRINGL_ARRAYS). So numbers change and ids do not, and equal histories give equal numbers, whatever runs them. Cell
+   list, neighbour lists, omega and hierarchies hold numbers and places of springls: who changes springls says so here, once
+   (springls__triangles_changed, springls__constellation_changed), and they are found again when they are next used. */
 
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
@@ -33975,7 +33980,11 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
 /* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
-   springls and of the vertices of extracted meshes. */
+   springls and of the vertices of extracted meshes.
+
+   Why a texture does not wear off: values stay on the mesh that was set, and each vertex looks its place up there, by the correspondence,
+   which no step computes again. A seam needs care, since beside it the values jump: the three corners of a triangle are looked up on one
+   side of every seam (springls__closest_in_patch). */
 
 /* Converts a hit on the original surface to the numbering of the caller's mesh. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
@@ -46632,7 +46641,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18010 \"springls.h\"\n",
+    "#line 18015 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47743,7 +47752,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19122 \"springls.h\"\n",
+    "#line 19127 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48370,7 +48379,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19750 \"springls.h\"\n",
+    "#line 19755 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48967,7 +48976,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48971 \"springls.h\"\n",
+    "#line 48980 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

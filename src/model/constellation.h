@@ -1,4 +1,9 @@
-/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move. */
+/* constellation.h - springls come and go: makes room, appends, compacts; and notes what has to be built again when they move.
+
+   Why one place: new springls are appended and get the next ids; removed ones leave, and those behind them move up in order, with all their
+   arrays (SPRINGLS__SPRINGL_ARRAYS). So numbers change and ids do not, and equal histories give equal numbers, whatever runs them. Cell
+   list, neighbour lists, omega and hierarchies hold numbers and places of springls: who changes springls says so here, once
+   (springls__triangles_changed, springls__constellation_changed), and they are found again when they are next used. */
 #ifndef SPRINGLS__MODEL_CONSTELLATION_H
 #define SPRINGLS__MODEL_CONSTELLATION_H
 

@@ -1,5 +1,9 @@
 /* material.h - computes material coordinates: the place on the original surface, as triangle and barycentric coordinates, of
-   springls and of the vertices of extracted meshes. */
+   springls and of the vertices of extracted meshes.
+
+   Why a texture does not wear off: values stay on the mesh that was set, and each vertex looks its place up there, by the correspondence,
+   which no step computes again. A seam needs care, since beside it the values jump: the three corners of a triangle are looked up on one
+   side of every seam (springls__closest_in_patch). */
 #ifndef SPRINGLS__OUTPUT_MATERIAL_H
 #define SPRINGLS__OUTPUT_MATERIAL_H
 
