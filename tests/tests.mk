@@ -194,6 +194,12 @@ $(TEST_DIR)/examples/test_cohort: tests/examples/test_cohort.py $(TEST_DIR)/sett
 	@mkdir -p $(@D)
 	$(call python_program,tests/examples/test_cohort.py)
 
+# Images after reports of users, by the programs as they are.
+$(TEST_DIR)/examples/test_image_reports: tests/examples/test_image_reports.py $(TEST_DIR)/settings \
+  $(if $(filter 1,$(WITH_LIBRARIES)),build/segment build/register build/surfaces)
+	@mkdir -p $(@D)
+	$(call python_program,tests/examples/test_image_reports.py)
+
 # What the pages say: their quick figures, and that what their commands name exists.
 $(TEST_DIR)/examples/test_pages: tests/examples/test_pages.py $(TEST_DIR)/settings
 	@mkdir -p $(@D)
@@ -207,7 +213,7 @@ chosen = $(if $(filter quick,$(TESTS)),$(1),$(if $(filter rest,$(TESTS)),$(filte
 # Quick on every backend are the tests of stages, on the scalar one all but those that take long and those that compare with what other
 # programs say.
 STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve rebuild fill_gaps unsigned_to_signed track)
-JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre examples/test_cohort)
+JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre examples/test_cohort examples/test_image_reports)
 # Those of morph ask the glTF validator, which comes by npm, and the others take long.
 LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,chunk_lod determinism mesh_parts metric more_lives nearby top_table) \
                 $(filter $(addprefix examples/test_,atlas% contour csg foam mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
