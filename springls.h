@@ -53064,17 +53064,41 @@ SPRINGLS__FN bool springls__boxes_meet(const springls__box *a, const springls__b
 
 /* ---- what a springl faces ---- */
 
-/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. phi may be behind the springls: it
-   is read where p was before the nearest of them moved. Where a thin body lies between, p is outside by phi. */
-SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
+/* Returns phi of a body at place p, FLT_MAX where no springl of it is near. phi may be behind the springls: it is read where p was before
+   the nearest of them moved. */
+SPRINGLS__FN float springls__phi_beside(const springls__tiling_body *body, springls__v3 p)
 {
     const springls__model *model = &body->ctx->model;
-    const float error = 0.3f; /* voxel */
     const int i = springls__nearest_springl(model, p, SPRINGLS__PROJECT_RADIUS);
     springls__v3 moved;
-    if (i < 0) return false;
+    if (i < 0) return FLT_MAX;
     moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
-    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved)) < d + error;
+    return body->sign * springls__grid_sample(&model->grid, model->grid.phi, springls__sub(p, moved));
+}
+
+/* Returns whether phi of a body agrees that place p is at the signed distance d from its opposed sheet. Where a thin body lies between, p
+   is outside by phi. */
+SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, springls__v3 p, float d)
+{
+    const float error = 0.3f; /* voxel */
+    return springls__phi_beside(body, p) < d + error;
+}
+
+/* Finds the body that place p of another one lies in, though none of its sheets is opposed: at the rim of a wall that grows, bodies run
+   into each other askew. Returns its number, and phi there, -1: there is none. */
+SPRINGLS__FN int springls__body_around(const springls_tiling *tiling, int own, springls__v3 p, float *phi)
+{
+    int i, found = -1;
+    *phi = 0.0f;
+    for (i = 1; i < tiling->count; i++) {
+        float at;
+        if (i == own || !springls__in_reach(&tiling->body[i].box, p, 0.0f)) continue;
+        at = springls__phi_beside(&tiling->body[i], p);
+        if (at >= *phi) continue;
+        *phi = at;
+        found = i;
+    }
+    return found;
 }
 
 /* Finds the nearest opposed sheet before place p of a body with normal n, among those of the bodies from `first` on, but for two of them.
@@ -53185,15 +53209,15 @@ SPRINGLS__FN float springls__gap_to(const springls_tiling *tiling, int faced, sp
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
      a flow that thins bodies phi knows less than springls do.
-   - From label 0 it turns to a body that it touches. */
+   - From label 0 it turns to a body that it touches and, where pressures move bodies apart from each other, that it lies in. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
     const springls_tiling *tiling = job->tiling;
     const int own = job->own;
     const bool there = (*gap = springls__gap_to(tiling, faced, p, n)) < FLT_MAX;
-    const bool films = job->desc && springls__has_films(job->desc);
+    const bool films = job->desc && springls__has_films(job->desc), pushed = job->desc && job->desc->dt > 0.0f && job->desc->pressure;
     float d = 0.0f, touching;
-    int other;
+    int other, around;
     if (there && faced > 0) return faced;
     other = springls__nearest_sheet(tiling, faced == 0 ? 1 : 0, own, faced, p, n, &d);
     touching = faced == 0 && other >= 0 ? springls__touching(job, other) : 0.0f;
@@ -53202,7 +53226,10 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else if (films && own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
-    else other = faced;
+    else if (faced == 0 && own > 0 && pushed && (around = springls__body_around(tiling, own, p, &d)) >= 0) {
+        other = around;
+        *gap = d;
+    } else other = faced;
     if (!there && other == faced) *gap = FLT_MAX;
     return other >= 0 ? other : springls__faced_by_phi(tiling, own, p, n);
 }

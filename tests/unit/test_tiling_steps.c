@@ -119,6 +119,44 @@ TEST bodies_meet(void)
     PASS();
 }
 
+/* Four balls that grow into each other until they meet askew, with no void between them: each voxel is that of the nearest ball, or of one
+   that is hardly further. */
+TEST bodies_meet_askew(void)
+{
+    enum { FOUR = 4 };
+    static const float place[FOUR][3]
+        = { { 10.1f, 10.3f, 10.2f }, { 17.4f, 16.8f, 10.6f }, { 10.4f, 17.1f, 17.3f }, { 16.9f, 10.2f, 16.7f } };
+    static int32_t labels[VOXELS];
+    springls_tiling *tiling = tiling_of_size(SIZE, NULL);
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    float speed = 0.25f;
+    int i, k, wrong = 0;
+    for (k = 0; k < FOUR; k++) {
+        part ball = part_at(place[k][0], place[k][1], place[k][2], 2.5f, 0);
+        ASSERT_OK(springls_tiling_add_implicit(tiling, k + 1, part_of_ball, &ball));
+    }
+    step.pressure = grow;
+    step.user = &speed;
+    step.dt = 1.0f;
+    for (i = 0; i < 20; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_copy_labels(tiling, labels));
+    for (i = 0; i < VOXELS; i++) {
+        const d3 x = d3_make(i % SIZE, i / SIZE % SIZE, i / (SIZE * SIZE));
+        double least = 1e9, own = 1e9;
+        for (k = 0; k < FOUR; k++) {
+            const double d = d3_distance(x, d3_make(place[k][0], place[k][1], place[k][2]));
+            if (d < least) least = d;
+            if (labels[i] == k + 1) own = d;
+        }
+        if (labels[i]) wrong += own > least + 0.75;
+        else wrong += least < 7.0;
+    }
+    if (GREATEST_IS_VERBOSE()) printf("  wrong voxels %d\n", wrong);
+    ASSERT_LT(wrong, 3);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 /* ---- films ---- */
 
 typedef struct rule { float speed; springls_film film; float thickness; } rule;
@@ -1311,6 +1349,7 @@ int main(int argc, char **argv)
     RUN_TEST(walls_stay_closed);
     RUN_TEST(backends_have_the_same_bits);
     RUN_TEST(bodies_meet);
+    RUN_TEST(bodies_meet_askew);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.06f, 9);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_PART, 0.6f, 8);
     RUN_TESTp(films_part_or_join, SPRINGLS_FILM_JOIN, 0.3f, 9);
