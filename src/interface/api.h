@@ -997,8 +997,8 @@ typedef struct springls_material_place {
 } springls_material_place;
 
 /* Finds where `count` points of the original surface are now, world coordinates there: landmarks, seams, electrodes. The inverse of the
-   correspondence, by the springls near; a point off the original surface goes along with it. Takes time for all springls once, and
-   for each point. Completes a step in progress. NON_FINITE: a point is. */
+   correspondence, by the springls near; a point off the original surface goes along with it. Takes time for all springls where they
+   have changed since the last call, and for each point. Completes a step in progress. NON_FINITE: a point is. */
 SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */

@@ -317,6 +317,182 @@ TEST error_estimates_scale(void)
     PASS();
 }
 
+/* ---- what models are made from ---- */
+
+/* Writes how far inside the ball of 16 each voxel's centre is, world units. */
+static float *depths_on(springls_context *ctx)
+{
+    const int n = 48;
+    float *depth = (float *)malloc(sizeof *depth * (size_t)(n * n * n));
+    int i;
+    for (i = 0; i < n * n * n; i++) {
+        float voxel[3], world[3];
+        voxel[0] = (float)(i % n);
+        voxel[1] = (float)(i / n % n);
+        voxel[2] = (float)(i / n / n);
+        springls_to_world(ctx, voxel, 1, world);
+        depth[i] = 16.0f - (float)d3_distance(d3_of(springls__load3(world)), d3_make((double)CENTER, (double)CENTER, (double)CENTER));
+    }
+    return depth;
+}
+
+/* From a mesh, a level set, intensities and springls comes the same ball; from labels one of their volume. */
+TEST inputs_are_the_worlds(int grid)
+{
+    springls_context *ctx = context_on(grid, NULL), *cubes = ball_on(CUBES, NULL, 16.0f);
+    float *depth;
+    int32_t *labels = (int32_t *)malloc(sizeof *labels * 48 * 48 * 48);
+    springls_measures measures;
+    springls_mesh mesh;
+    int i;
+    ASSERT(ctx && cubes && labels);
+    depth = depths_on(ctx);
+    ASSERT_OK(springls_extract_mesh(cubes, &mesh));
+    ASSERT_OK(springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
+    CHECK_CALL(check_ball(ctx, 16.0));
+    springls_mesh_free(cubes, &mesh);
+    for (i = 0; i < 48 * 48 * 48; i++) labels[i] = depth[i] > 0.0f;
+    ASSERT_OK(springls_set_threshold(ctx, depth, 0.0f, 1e6f));
+    CHECK_CALL(check_ball(ctx, 16.0));
+    ASSERT_OK(springls_extract_soup(ctx, &mesh));
+    ASSERT_EQ(3 * mesh.triangle_count, mesh.vertex_count);
+    springls_to_voxel(ctx, mesh.positions, mesh.vertex_count, mesh.positions);
+    ASSERT_OK(springls_set_springls(ctx, mesh.positions, NULL, NULL, mesh.triangle_count));
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_IN_RANGE(4.0 / 3.0 * 3.14159265 * 4096.0, measures.volume, 0.015 * measures.volume);
+    springls_mesh_free(ctx, &mesh);
+    for (i = 0; i < 48 * 48 * 48; i++) depth[i] = -depth[i];
+    ASSERT_OK(springls_set_level_set(ctx, depth));
+    CHECK_CALL(check_ball(ctx, 16.0));
+    ASSERT_OK(springls_set_labels(ctx, labels, 1));
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_IN_RANGE(4.0 / 3.0 * 3.14159265 * 4096.0, measures.volume, 0.03 * measures.volume);
+    free(depth);
+    free(labels);
+    springls_destroy(ctx);
+    springls_destroy(cubes);
+    PASS();
+}
+
+/* ---- what changes them ---- */
+
+/* Of two balls 14 apart: the lens that both have, of pi (R + r - d)^2 (d^2 + 2 d (R + r) - 3 (R - r)^2) / (12 d). */
+TEST combinations_are_the_worlds(int grid)
+{
+    static const float towards[3][3] = { { 14, 0, 0 }, { 0, 14, 0 }, { 0, 0, 14 } };
+    const double ball = 4.0 / 3.0 * 3.14159265 * 4096.0, lens = 3.14159265 * 100.0 * (196.0 + 28.0 * 24.0 - 192.0) / 168.0;
+    int k, i;
+    for (k = 0; k < 3; k++) {
+        springls_context *ctx = ball_on(grid, NULL, 16.0f);
+        springls_sphere tool = { { CENTER, CENTER, CENTER }, 8.0f };
+        springls_measures measures;
+        ASSERT(ctx);
+        for (i = 0; i < 3; i++) tool.center[i] += towards[k][i];
+        ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &tool));
+        ASSERT_OK(springls_measure(ctx, &measures));
+        ASSERT_IN_RANGE(ball - lens, measures.volume, 0.015 * ball);
+        springls_destroy(ctx);
+    }
+    PASS();
+}
+
+TEST followed_and_remeshed_are_the_worlds(int grid)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    springls_sphere grown = { { CENTER, CENTER, CENTER }, 17.0f };
+    springls_follow_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.fn = springls_implicit_sphere;
+    desc.user = &grown;
+    ASSERT(ctx);
+    ASSERT_OK(springls_follow_level_set(ctx, &desc));
+    CHECK_CALL(check_ball(ctx, 17.0));
+    ASSERT_OK(springls_remesh(ctx));
+    CHECK_CALL(check_ball(ctx, 17.0));
+    ASSERT_OK(springls_settle(ctx, 20));
+    CHECK_CALL(check_ball(ctx, 17.0));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A wind of the world takes the ball along, and its material points: 95 of 100 are found as near as is estimated. */
+TEST motion_is_the_worlds(int grid)
+{
+    enum { COUNT = 60 };
+    const float shift[3] = { 2.0f, -1.0f, 1.5f };
+    float wind[3] = { 2.0f, -1.0f, 1.5f }, points[3 * COUNT];
+    springls_material_place places[COUNT];
+    springls_params params = springls_default_params();
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    const springls_component *components;
+    springls_context *ctx;
+    int i, k, count, good = 0;
+    params.components = 1;
+    ctx = ball_on(grid, &params, 16.0f);
+    ASSERT(ctx);
+    forces.world_units = true;
+    fixture_seed(3);
+    for (i = 0; i < COUNT; i++) {
+        const springls__v3 n = fixture_direction();
+        points[3 * i] = CENTER + 16.0f * n.x;
+        points[3 * i + 1] = CENTER + 16.0f * n.y;
+        points[3 * i + 2] = CENTER + 16.0f * n.z;
+    }
+    ASSERT_OK(springls_run(ctx, &step, 10));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    for (k = 0; k < 3; k++) ASSERT_IN_RANGE((double)(CENTER + shift[k]), (double)components[0].center[k], 0.03);
+    ASSERT_OK(springls_place_now(ctx, points, COUNT, places));
+    for (i = 0; i < COUNT; i++) {
+        const d3 now = d3_of(springls__v3_make(points[3 * i] + shift[0], points[3 * i + 1] + shift[1], points[3 * i + 2] + shift[2]));
+        good += d3_distance(now, d3_of(springls__load3(places[i].place))) <= (double)places[i].error + 1e-4;
+    }
+    ASSERT_GTE(good, COUNT * 95 / 100);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* ---- tilings ---- */
+
+/* A body shrinks by tension to sqrt(R^2 - 4 t), round; its closest wall, its labels and its volume are those. */
+TEST tilings_are_the_worlds(int grid)
+{
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    springls_sphere ball = { { CENTER, CENTER, CENTER }, 16.0f };
+    springls_context *empty = context_on(grid, NULL);
+    springls_tiling *tiling;
+    springls_tiling_measures measures;
+    springls_wall_hit hit[200];
+    float points[600];
+    int32_t labels[200];
+    int i;
+    ASSERT(empty);
+    ASSERT_OK(springls_tiling_create(&empty->desc, &tiling));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 1, springls_implicit_sphere, &ball));
+    step.tension = 1.0f;
+    step.dt = 0.25f;
+    for (i = 0; i < 60; i++) ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_OK(springls_tiling_measure(tiling, &measures));
+    ASSERT_IN_RANGE(4.0 / 3.0 * 3.14159265 * pow(196.0, 1.5), measures.volume, 0.02 * measures.volume);
+    fixture_seed(5);
+    for (i = 0; i < 200; i++) {
+        const springls__v3 n = fixture_direction();
+        const float r = i % 2 ? 12.0f : 16.0f;
+        points[3 * i] = CENTER + r * n.x;
+        points[3 * i + 1] = CENTER + r * n.y;
+        points[3 * i + 2] = CENTER + r * n.z;
+    }
+    ASSERT_OK(springls_tiling_sample_labels(tiling, points, 200, labels));
+    ASSERT_OK(springls_tiling_closest_wall(tiling, points, 200, hit));
+    for (i = 0; i < 200; i++) {
+        ASSERT_EQ(i % 2, labels[i]);
+        ASSERT_IN_RANGE(2.0, (double)hit[i].distance, 0.3);
+    }
+    springls_tiling_destroy(tiling);
+    springls_destroy(empty);
+    PASS();
+}
+
 /* Bits are the same in every build: without SIMD, and on a device, one grid is enough, the one that has all that is odd. */
 static int first_grid(void)
 {
@@ -344,6 +520,11 @@ SUITE(metric)
         RUN_TESTp(distances_end_evenly, grid);
         RUN_TESTp(measures_are_the_worlds, grid);
         RUN_TESTp(error_estimates_are_the_worlds, grid);
+        RUN_TESTp(inputs_are_the_worlds, grid);
+        RUN_TESTp(combinations_are_the_worlds, grid);
+        RUN_TESTp(followed_and_remeshed_are_the_worlds, grid);
+        RUN_TESTp(motion_is_the_worlds, grid);
+        RUN_TESTp(tilings_are_the_worlds, grid);
     }
     RUN_TEST(error_estimates_scale);
 }
