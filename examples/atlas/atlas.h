@@ -266,6 +266,7 @@ enum atlas_doubt {
 /* How far the subjects' votes on an image are to be trusted (confidence.c). */
 struct atlas_confidence {
     bool known;              /* the subjects have voted */
+    bool searched;           /* the place is the best of all in a much larger image */
     double agreement;        /* correlation of the image with what the subjects expect */
     double least, most;      /* of the subjects themselves, each one voted on by the others */
     double dice, dice_error; /* predicted, and how far such predictions are off for the subjects; NaN: it disagrees */

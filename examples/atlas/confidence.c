@@ -11,6 +11,7 @@
 enum { MAX_JUDGED = 16 }; /* subjects, evenly chosen of all: more tell little more */
 
 static const double least_share = 0.75; /* of the subjects' least agreement: an image with less is of another kind */
+static const double searched_share = 0.9; /* the same, at the best of thousands of places: there chance alone brings some agreement */
 
 /* Computes the Dice of what is above the template's level with a subject's mask. */
 static double dice_of(const struct fusion_template *template, const float *probability, int subject)
@@ -93,7 +94,7 @@ static double predict(const double *x, const double *y, int count, double at, do
 
 bool atlas_disagrees(double agreement, const struct atlas_confidence *confidence)
 {
-    return agreement < least_share * confidence->least;
+    return agreement < (confidence->searched ? searched_share : least_share) * confidence->least;
 }
 
 bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence)

@@ -204,6 +204,7 @@ bool atlas_find(struct atlas_segment *run)
                           "place, %.2f is wanted. Cut out the part around the object", run->settings.image, highest, found_from);
     }
     const size_t length = 3 * (size_t)templates[best].vertices;
+    run->confidence.searched = true;
     run->placing.pose = similarity_identity();
     run->placing.shape = malloc(length * sizeof *run->placing.shape);
     if (!run->placing.shape) {
