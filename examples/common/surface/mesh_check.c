@@ -102,18 +102,51 @@ static bool pierces(const float *p, const float *q, const float *a, const float 
     return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
 }
 
+/* Returns true if the segment aq lies in the plane of abc, as in a face of the grid, and runs from its corner a into its inside. */
+static bool runs_into(const float *a, const float *b, const float *c, const float *q)
+{
+    double u[3], v[3], w[3], n[3], left = 0.0, right = 0.0;
+    if (side(a, b, c, q) != 0.0) {
+        return false;
+    }
+    for (int i = 0; i < 3; ++i) {
+        u[i] = (double)b[i] - (double)a[i];
+        v[i] = (double)c[i] - (double)a[i];
+        w[i] = (double)q[i] - (double)a[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+        n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    }
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        left += n[i] * (u[j] * w[k] - u[k] * w[j]);
+        right += n[i] * (w[j] * v[k] - w[k] * v[j]);
+    }
+    return left > 0.0 && right > 0.0;
+}
+
+static bool has_corner(const int *t, int v) { return t[0] == v || t[1] == v || t[2] == v; }
+
+/* Returns true if the edge from p to q, of which p is a corner of triangle t, runs into its inside. */
+static bool runs_into_triangle(const float *positions, int p, int q, const int *t)
+{
+    const int k = t[0] == p ? 0 : t[1] == p ? 1 : 2;
+    return !has_corner(t, q)
+           && runs_into(positions + 3 * p, positions + 3 * t[(k + 1) % 3], positions + 3 * t[(k + 2) % 3], positions + 3 * q);
+}
+
 static bool crosses(const float *positions, const int *s, const int *t)
 {
     for (int turn = 0; turn < 2; ++turn) {
         const int *from = turn ? t : s, *into = turn ? s : t;
         for (int k = 0; k < 3; ++k) {
             const int p = from[k], q = from[(k + 1) % 3];
-            bool shared = false;
-            for (int i = 0; i < 3; ++i) {
-                shared = shared || into[i] == p || into[i] == q;
-            }
-            if (!shared && pierces(positions + 3 * p, positions + 3 * q, positions + 3 * into[0], positions + 3 * into[1],
-                                   positions + 3 * into[2])) {
+            const bool at_p = has_corner(into, p), at_q = has_corner(into, q);
+            const bool meets = at_p   ? runs_into_triangle(positions, p, q, into)
+                               : at_q ? runs_into_triangle(positions, q, p, into)
+                                      : pierces(positions + 3 * p, positions + 3 * q, positions + 3 * into[0], positions + 3 * into[1],
+                                                positions + 3 * into[2]);
+            if (meets) {
                 return true;
             }
         }
