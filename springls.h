@@ -8138,11 +8138,23 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
     return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
 }
 
-/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */
-SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)
+/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
+SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
+{
+    const float near_enough = 0.1f, step = 0.25f; /* voxels */
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
+    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
+        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
+}
+
+/* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */
+SPRINGLS__MATHS bool springls__of_lost_part(const springls__model *model, int i)
 {
     springls__linked_part part;
     if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;
+    if (!springls__has_lost_surface(model, i)) return false;
     part.at[0] = i;
     part.count = 1;
     part.expanded = 0;
@@ -8151,12 +8163,10 @@ SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i
     return springls__is_small_part(model, &part);
 }
 
-/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that
-   phi has lost is none. */
+/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */
 SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)
 {
-    if (!model->params.keep_thin) return false;
-    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);
+    return model->params.keep_thin && ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i));
 }
 
 /* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
@@ -8170,7 +8180,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))
+    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))
+        || springls__of_lost_part(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -41398,11 +41409,23 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */\n",
-    "SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)\n",
+    "/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */\n",
+    "SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float near_enough = 0.1f, step = 0.25f; /* voxels */\n",
+    "    const springls__springl s = model->set.s[i];\n",
+    "    const springls__v3 n = springls__springl_normal(s);\n",
+    "    if (springls__fabs(model->set.phi[i]) < near_enough) return false;\n",
+    "    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)\n",
+    "        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */\n",
+    "SPRINGLS__MATHS bool springls__of_lost_part(const springls__model *model, int i)\n",
     "{\n",
     "    springls__linked_part part;\n",
     "    if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;\n",
+    "    if (!springls__has_lost_surface(model, i)) return false;\n",
     "    part.at[0] = i;\n",
     "    part.count = 1;\n",
     "    part.expanded = 0;\n",
@@ -41411,12 +41434,10 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__is_small_part(model, &part);\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that\n",
-    "   phi has lost is none. */\n",
+    "/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */\n",
     "SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)\n",
     "{\n",
-    "    if (!model->params.keep_thin) return false;\n",
-    "    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);\n",
+    "    return model->params.keep_thin && ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i));\n",
     "}\n",
     "\n",
     "/* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */\n",
@@ -41430,7 +41451,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))\n",
+    "    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))\n",
+    "        || springls__of_lost_part(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -41500,7 +41522,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8245 \"springls.h\"\n",
+    "#line 8256 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41530,7 +41552,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8275 \"springls.h\"\n",
+    "#line 8286 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41545,7 +41567,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8291 \"springls.h\"\n",
+    "#line 8302 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41714,7 +41736,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8460 \"springls.h\"\n",
+    "#line 8471 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41729,7 +41751,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8475 \"springls.h\"\n",
+    "#line 8486 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41898,7 +41920,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8644 \"springls.h\"\n",
+    "#line 8655 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41952,7 +41974,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8699 \"springls.h\"\n",
+    "#line 8710 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -41978,7 +42000,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8725 \"springls.h\"\n",
+    "#line 8736 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41993,7 +42015,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8741 \"springls.h\"\n",
+    "#line 8752 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42076,7 +42098,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8824 \"springls.h\"\n",
+    "#line 8835 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42091,7 +42113,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8839 \"springls.h\"\n",
+    "#line 8850 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42174,7 +42196,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8922 \"springls.h\"\n",
+    "#line 8933 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42248,7 +42270,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8997 \"springls.h\"\n",
+    "#line 9008 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42802,7 +42824,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9552 \"springls.h\"\n",
+    "#line 9563 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42898,7 +42920,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9649 \"springls.h\"\n",
+    "#line 9660 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43019,7 +43041,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9771 \"springls.h\"\n",
+    "#line 9782 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43300,7 +43322,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10053 \"springls.h\"\n",
+    "#line 10064 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43386,7 +43408,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10140 \"springls.h\"\n",
+    "#line 10151 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43529,7 +43551,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10284 \"springls.h\"\n",
+    "#line 10295 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43718,7 +43740,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10474 \"springls.h\"\n",
+    "#line 10485 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43843,7 +43865,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10600 \"springls.h\"\n",
+    "#line 10611 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43877,7 +43899,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10635 \"springls.h\"\n",
+    "#line 10646 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44415,7 +44437,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11174 \"springls.h\"\n",
+    "#line 11185 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44565,7 +44587,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11325 \"springls.h\"\n",
+    "#line 11336 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44643,7 +44665,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11404 \"springls.h\"\n",
+    "#line 11415 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44892,7 +44914,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11654 \"springls.h\"\n",
+    "#line 11665 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45117,7 +45139,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11880 \"springls.h\"\n",
+    "#line 11891 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45231,7 +45253,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 11995 \"springls.h\"\n",
+    "#line 12006 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45328,7 +45350,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12093 \"springls.h\"\n",
+    "#line 12104 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45866,7 +45888,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12632 \"springls.h\"\n",
+    "#line 12643 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45899,7 +45921,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12666 \"springls.h\"\n",
+    "#line 12677 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45924,14 +45946,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12692 \"springls.h\"\n",
+    "#line 12703 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12699 \"springls.h\"\n",
+    "#line 12710 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45946,7 +45968,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12715 \"springls.h\"\n",
+    "#line 12726 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46072,7 +46094,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12841 \"springls.h\"\n",
+    "#line 12852 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46087,7 +46109,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12856 \"springls.h\"\n",
+    "#line 12867 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46213,7 +46235,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12983 \"springls.h\"\n",
+    "#line 12994 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46505,7 +46527,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13276 \"springls.h\"\n",
+    "#line 13287 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46641,7 +46663,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18015 \"springls.h\"\n",
+    "#line 18026 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47752,7 +47774,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19127 \"springls.h\"\n",
+    "#line 19138 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48379,7 +48401,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19755 \"springls.h\"\n",
+    "#line 19766 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48976,7 +48998,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 48980 \"springls.h\"\n",
+    "#line 49002 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -218,11 +218,23 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
     return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
 }
 
-/* Returns true when springl i is of a drop, bubble or thread of less than min_component. */
-SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i)
+/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
+SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
+{
+    const float near_enough = 0.1f, step = 0.25f; /* voxels */
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
+    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
+        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
+}
+
+/* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */
+SPRINGLS__MATHS bool springls__of_lost_part(const springls__model *model, int i)
 {
     springls__linked_part part;
     if (model->params.min_component <= 0.0f || model->params.topology != SPRINGLS_TOPOLOGY_FREE) return false;
+    if (!springls__has_lost_surface(model, i)) return false;
     part.at[0] = i;
     part.count = 1;
     part.expanded = 0;
@@ -231,12 +243,10 @@ SPRINGLS__MATHS bool springls__of_small_part(const springls__model *model, int i
     return springls__is_small_part(model, &part);
 }
 
-/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent: a small part that
-   phi has lost is none. */
+/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */
 SPRINGLS__MATHS bool springls__stays_thin(const springls__model *model, int i, bool buried)
 {
-    if (!model->params.keep_thin) return false;
-    return ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i)) && !springls__of_small_part(model, i);
+    return model->params.keep_thin && ((!buried && springls__on_thin_sheet(model, i)) || springls__at_gap(model, i));
 }
 
 /* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
@@ -250,7 +260,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if ((buried || distant) && !springls__in_another_body(model, i) && !springls__stays_thin(model, i, buried))
+    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))
+        || springls__of_lost_part(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;

@@ -177,8 +177,8 @@ static void drop_and_body(void *user, const float *points, int count, float *out
     }
 }
 
-/* Springls do not keep what phi has lost, unless it is a sheet: a drop or a thread goes from both. */
-TEST springls_of_removed_parts_go(springls_implicit_fn shape, float radius, float min_component)
+/* Springls do not keep what phi has lost, unless it is a sheet: of a drop all go when they are resampled. */
+TEST springls_of_removed_parts_go(float radius, float min_component)
 {
     const float beyond = 19.0f;
     springls_params params = springls_default_params();
@@ -187,21 +187,20 @@ TEST springls_of_removed_parts_go(springls_implicit_fn shape, float radius, floa
     int i;
     params.min_component = min_component;
     ctx = fixture_context(SIZE, &params);
-    ASSERT_OK(springls_set_implicit(ctx, shape, &radius));
-    ASSERT_GT(springls_count(ctx), springls_beyond(ctx, beyond));
-    for (i = 0; i < 2 * params.resample_period; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_OK(springls_set_implicit(ctx, drop_and_body, &radius));
+    ASSERT_GT(springls_beyond(ctx, beyond), 0);
+    for (i = 0; i < params.resample_period; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(0, springls_beyond(ctx, beyond));
     ASSERT_GT(springls_count(ctx), 0);
-    ASSERT_EQ(0, shape == drop_and_body ? springls_beyond(ctx, beyond) : springls_count(ctx) - springls_beyond(ctx, beyond));
     springls_destroy(ctx);
     PASS();
 }
 
 SUITE(parts)
 {
-    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 0.7f, 1.0f);
-    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 0.9f, 1.0f);
-    RUN_TESTp(springls_of_removed_parts_go, drop_and_body, 1.1f, 8.0f);
-    RUN_TESTp(springls_of_removed_parts_go, thread_and_ball, 0.1f, 1.0f);
+    RUN_TESTp(springls_of_removed_parts_go, 0.7f, 1.0f);
+    RUN_TESTp(springls_of_removed_parts_go, 0.9f, 1.0f);
+    RUN_TESTp(springls_of_removed_parts_go, 1.1f, 8.0f);
     RUN_TESTp(thin_parts_are_removed, 0.1f, 0);
     RUN_TESTp(thin_parts_are_removed, 0.4f, 1);
     RUN_TESTp(parts_are_measured, 0);
