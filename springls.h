@@ -8114,9 +8114,20 @@ SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, spri
     return true;
 }
 
-/* Returns true when a whole part is closed, and smaller than min_component: by the volume behind its triangles, or because samples,
-   which know the surface to half a voxel on each side, cannot show that it is not. */
-SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)
+/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
+SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
+{
+    const float near_enough = 0.1f, step = 0.25f; /* voxels */
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
+    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
+        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
+}
+
+/* Returns true when a whole part is closed, phi has lost all of it, and it is smaller than min_component: by the volume behind its
+   triangles, or by that of a ball as wide less half a voxel on each side, to which samples know a surface. */
+SPRINGLS__MATHS bool springls__is_small_lost_part(const springls__model *model, const springls__linked_part *part)
 {
     const float ball = 0.523598776f, open = 0.5f; /* pi / 6; share of the area that faces one way */
     const springls__v3 tip = model->set.s[part->at[0]].p;
@@ -8128,6 +8139,7 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
         const springls__springl s = model->set.s[part->at[k]];
         const springls__v3 area2 = springls__tri_area2(springls__springl_tri(s));
         box = springls__box_add(box, s.p);
+        if (!springls__has_lost_surface(model, part->at[k])) return false;
         facing = springls__add(facing, area2);
         area += springls__length(area2);
         volume += springls__dot(springls__sub(s.p, tip), area2) / 6.0f;
@@ -8136,17 +8148,6 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
     size = springls__sub(box.upper, box.lower);
     width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);
     return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
-}
-
-/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
-SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
-{
-    const float near_enough = 0.1f, step = 0.25f; /* voxels */
-    const springls__springl s = model->set.s[i];
-    const springls__v3 n = springls__springl_normal(s);
-    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
-    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
-        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
 }
 
 /* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */
@@ -8160,7 +8161,7 @@ SPRINGLS__MATHS bool springls__of_lost_part(const springls__model *model, int i)
     part.expanded = 0;
     while (part.expanded < part.count)
         if (!springls__link_neighbors(model, &part)) return false;
-    return springls__is_small_part(model, &part);
+    return springls__is_small_lost_part(model, &part);
 }
 
 /* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */
@@ -8180,8 +8181,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))
-        || springls__of_lost_part(model, i))
+    if ((((buried || distant) && !springls__stays_thin(model, i, buried)) || springls__of_lost_part(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
@@ -41385,9 +41386,20 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns true when a whole part is closed, and smaller than min_component: by the volume behind its triangles, or because samples,\n",
-    "   which know the surface to half a voxel on each side, cannot show that it is not. */\n",
-    "SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)\n",
+    "/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */\n",
+    "SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float near_enough = 0.1f, step = 0.25f; /* voxels */\n",
+    "    const springls__springl s = model->set.s[i];\n",
+    "    const springls__v3 n = springls__springl_normal(s);\n",
+    "    if (springls__fabs(model->set.phi[i]) < near_enough) return false;\n",
+    "    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)\n",
+    "        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when a whole part is closed, phi has lost all of it, and it is smaller than min_component: by the volume behind its\n",
+    "   triangles, or by that of a ball as wide less half a voxel on each side, to which samples know a surface. */\n",
+    "SPRINGLS__MATHS bool springls__is_small_lost_part(const springls__model *model, const springls__linked_part *part)\n",
     "{\n",
     "    const float ball = 0.523598776f, open = 0.5f; /* pi / 6; share of the area that faces one way */\n",
     "    const springls__v3 tip = model->set.s[part->at[0]].p;\n",
@@ -41399,6 +41411,7 @@ static const char *const springls__kernel_lines[] = {
     "        const springls__springl s = model->set.s[part->at[k]];\n",
     "        const springls__v3 area2 = springls__tri_area2(springls__springl_tri(s));\n",
     "        box = springls__box_add(box, s.p);\n",
+    "        if (!springls__has_lost_surface(model, part->at[k])) return false;\n",
     "        facing = springls__add(facing, area2);\n",
     "        area += springls__length(area2);\n",
     "        volume += springls__dot(springls__sub(s.p, tip), area2) / 6.0f;\n",
@@ -41407,17 +41420,6 @@ static const char *const springls__kernel_lines[] = {
     "    size = springls__sub(box.upper, box.lower);\n",
     "    width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);\n",
     "    return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;\n",
-    "}\n",
-    "\n",
-    "/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */\n",
-    "SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)\n",
-    "{\n",
-    "    const float near_enough = 0.1f, step = 0.25f; /* voxels */\n",
-    "    const springls__springl s = model->set.s[i];\n",
-    "    const springls__v3 n = springls__springl_normal(s);\n",
-    "    if (springls__fabs(model->set.phi[i]) < near_enough) return false;\n",
-    "    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)\n",
-    "        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */\n",
@@ -41431,7 +41433,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.expanded = 0;\n",
     "    while (part.expanded < part.count)\n",
     "        if (!springls__link_neighbors(model, &part)) return false;\n",
-    "    return springls__is_small_part(model, &part);\n",
+    "    return springls__is_small_lost_part(model, &part);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */\n",
@@ -41451,8 +41453,8 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->set.mask[i] || springls__is_asleep(model, i)) return;\n",
     "    buried = model->params.project_level_set && springls__is_buried(model, s);\n",
     "    distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
-    "    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))\n",
-    "        || springls__of_lost_part(model, i))\n",
+    "    if ((((buried || distant) && !springls__stays_thin(model, i, buried)) || springls__of_lost_part(model, i))\n",
+    "        && !springls__in_another_body(model, i))\n",
     "        *action = SPRINGLS__REMOVE;\n",
     "    else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))\n",
     "        *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
@@ -41522,7 +41524,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8256 \"springls.h\"\n",
+    "#line 8257 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41552,7 +41554,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8286 \"springls.h\"\n",
+    "#line 8287 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41567,7 +41569,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8302 \"springls.h\"\n",
+    "#line 8303 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41736,7 +41738,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8471 \"springls.h\"\n",
+    "#line 8472 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41751,7 +41753,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8486 \"springls.h\"\n",
+    "#line 8487 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41920,7 +41922,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8655 \"springls.h\"\n",
+    "#line 8656 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -41974,7 +41976,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8710 \"springls.h\"\n",
+    "#line 8711 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42000,7 +42002,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8736 \"springls.h\"\n",
+    "#line 8737 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42015,7 +42017,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8752 \"springls.h\"\n",
+    "#line 8753 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42098,7 +42100,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8835 \"springls.h\"\n",
+    "#line 8836 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42113,7 +42115,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8850 \"springls.h\"\n",
+    "#line 8851 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42196,7 +42198,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8933 \"springls.h\"\n",
+    "#line 8934 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42270,7 +42272,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9008 \"springls.h\"\n",
+    "#line 9009 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42824,7 +42826,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9563 \"springls.h\"\n",
+    "#line 9564 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42920,7 +42922,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9660 \"springls.h\"\n",
+    "#line 9661 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43041,7 +43043,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9782 \"springls.h\"\n",
+    "#line 9783 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43322,7 +43324,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10064 \"springls.h\"\n",
+    "#line 10065 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43408,7 +43410,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10151 \"springls.h\"\n",
+    "#line 10152 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43551,7 +43553,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10295 \"springls.h\"\n",
+    "#line 10296 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43740,7 +43742,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10485 \"springls.h\"\n",
+    "#line 10486 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43865,7 +43867,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10611 \"springls.h\"\n",
+    "#line 10612 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43899,7 +43901,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10646 \"springls.h\"\n",
+    "#line 10647 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44437,7 +44439,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11185 \"springls.h\"\n",
+    "#line 11186 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44587,7 +44589,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11336 \"springls.h\"\n",
+    "#line 11337 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44665,7 +44667,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11415 \"springls.h\"\n",
+    "#line 11416 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44914,7 +44916,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11665 \"springls.h\"\n",
+    "#line 11666 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45139,7 +45141,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11891 \"springls.h\"\n",
+    "#line 11892 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45253,7 +45255,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12006 \"springls.h\"\n",
+    "#line 12007 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45350,7 +45352,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12104 \"springls.h\"\n",
+    "#line 12105 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45888,7 +45890,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12643 \"springls.h\"\n",
+    "#line 12644 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45921,7 +45923,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12677 \"springls.h\"\n",
+    "#line 12678 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -45946,14 +45948,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12703 \"springls.h\"\n",
+    "#line 12704 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12710 \"springls.h\"\n",
+    "#line 12711 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -45968,7 +45970,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12726 \"springls.h\"\n",
+    "#line 12727 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46094,7 +46096,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12852 \"springls.h\"\n",
+    "#line 12853 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46109,7 +46111,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12867 \"springls.h\"\n",
+    "#line 12868 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46235,7 +46237,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12994 \"springls.h\"\n",
+    "#line 12995 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46527,7 +46529,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13287 \"springls.h\"\n",
+    "#line 13288 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46663,7 +46665,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18026 \"springls.h\"\n",
+    "#line 18027 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47774,7 +47776,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19138 \"springls.h\"\n",
+    "#line 19139 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48401,7 +48403,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19766 \"springls.h\"\n",
+    "#line 19767 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -48998,7 +49000,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49002 \"springls.h\"\n",
+    "#line 49004 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

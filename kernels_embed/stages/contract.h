@@ -194,9 +194,20 @@ SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, spri
     return true;
 }
 
-/* Returns true when a whole part is closed, and smaller than min_component: by the volume behind its triangles, or because samples,
-   which know the surface to half a voxel on each side, cannot show that it is not. */
-SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const springls__linked_part *part)
+/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
+SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
+{
+    const float near_enough = 0.1f, step = 0.25f; /* voxels */
+    const springls__springl s = model->set.s[i];
+    const springls__v3 n = springls__springl_normal(s);
+    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
+    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
+        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
+}
+
+/* Returns true when a whole part is closed, phi has lost all of it, and it is smaller than min_component: by the volume behind its
+   triangles, or by that of a ball as wide less half a voxel on each side, to which samples know a surface. */
+SPRINGLS__MATHS bool springls__is_small_lost_part(const springls__model *model, const springls__linked_part *part)
 {
     const float ball = 0.523598776f, open = 0.5f; /* pi / 6; share of the area that faces one way */
     const springls__v3 tip = model->set.s[part->at[0]].p;
@@ -208,6 +219,7 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
         const springls__springl s = model->set.s[part->at[k]];
         const springls__v3 area2 = springls__tri_area2(springls__springl_tri(s));
         box = springls__box_add(box, s.p);
+        if (!springls__has_lost_surface(model, part->at[k])) return false;
         facing = springls__add(facing, area2);
         area += springls__length(area2);
         volume += springls__dot(springls__sub(s.p, tip), area2) / 6.0f;
@@ -216,17 +228,6 @@ SPRINGLS__MATHS bool springls__is_small_part(const springls__model *model, const
     size = springls__sub(box.upper, box.lower);
     width = springls__max(springls__max(size.x, springls__max(size.y, size.z)) - 1.0f, 0.0f);
     return springls__min(springls__fabs(volume), ball * width * width * width) < model->params.min_component;
-}
-
-/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
-SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
-{
-    const float near_enough = 0.1f, step = 0.25f; /* voxels */
-    const springls__springl s = model->set.s[i];
-    const springls__v3 n = springls__springl_normal(s);
-    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
-    return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
-        == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
 }
 
 /* Returns true when springl i is of a drop or bubble of less than min_component that phi has lost. */
@@ -240,7 +241,7 @@ SPRINGLS__MATHS bool springls__of_lost_part(const springls__model *model, int i)
     part.expanded = 0;
     while (part.expanded < part.count)
         if (!springls__link_neighbors(model, &part)) return false;
-    return springls__is_small_part(model, &part);
+    return springls__is_small_lost_part(model, &part);
 }
 
 /* Returns true when springl i, far from the zero level or buried, is of a sheet or gap that phi cannot represent. */
@@ -260,8 +261,8 @@ SPRINGLS__MATHS void springls__contract_element(const springls__model *model, sp
     if (model->set.mask[i] || springls__is_asleep(model, i)) return;
     buried = model->params.project_level_set && springls__is_buried(model, s);
     distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
-    if (((buried || distant) && !springls__stays_thin(model, i, buried) && !springls__in_another_body(model, i))
-        || springls__of_lost_part(model, i))
+    if ((((buried || distant) && !springls__stays_thin(model, i, buried)) || springls__of_lost_part(model, i))
+        && !springls__in_another_body(model, i))
         *action = SPRINGLS__REMOVE;
     else if (springls__bad_shape(t, args.contract.min_angle_cosine, args.contract.max_angle_cosine, model->params.min_area))
         *action = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;

@@ -445,6 +445,7 @@ TEST motion_is_the_worlds(int grid)
     ASSERT_OK(springls_place_now(ctx, points, COUNT, places));
     for (i = 0; i < COUNT; i++) {
         const d3 now = d3_of(springls__v3_make(points[3 * i] + shift[0], points[3 * i + 1] + shift[1], points[3 * i + 2] + shift[2]));
+        ASSERT_GTE(places[i].springl, 0);
         good += d3_distance(now, d3_of(springls__load3(places[i].place))) <= (double)places[i].error + 1e-4;
     }
     ASSERT_GTE(good, COUNT * 95 / 100);

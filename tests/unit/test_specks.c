@@ -196,8 +196,36 @@ TEST springls_of_removed_parts_go(float radius, float min_component)
     PASS();
 }
 
+/* Returns how many springls a drop between voxels has after a flow has moved it for a while. */
+static int springls_of_moved_drop(float min_component)
+{
+    springls_params params = springls_default_params();
+    float wind[3] = { 0.03f, 0.02f, 0.01f }, radius = 1.05f;
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_context *ctx;
+    int i, left;
+    params.min_component = min_component;
+    ctx = fixture_context(SIZE, &params);
+    if (springls_set_implicit(ctx, drop_and_body, &radius)) return -1;
+    for (i = 0; i < 30; i++)
+        if (springls_step(ctx, &step)) return -1;
+    left = springls_beyond(ctx, 19.0f);
+    springls_destroy(ctx);
+    return left;
+}
+
+/* A drop that phi shows keeps all springls, also those that lie off the zero level. */
+TEST springls_of_other_parts_stay(void)
+{
+    ASSERT_GT(springls_of_moved_drop(1.0f), 8);
+    ASSERT_EQ(springls_of_moved_drop(0.0f), springls_of_moved_drop(1.0f));
+    PASS();
+}
+
 SUITE(parts)
 {
+    RUN_TEST(springls_of_other_parts_stay);
     RUN_TESTp(springls_of_removed_parts_go, 0.7f, 1.0f);
     RUN_TESTp(springls_of_removed_parts_go, 0.9f, 1.0f);
     RUN_TESTp(springls_of_removed_parts_go, 1.1f, 8.0f);
