@@ -557,6 +557,9 @@ static int check_usage(struct csg *csg)
     if (strcmp(csg->operation, "smooth") == 0 && csg->amount < 0.0) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--amount %g: the length of smooth is positive", csg->amount);
     }
+    if (csg->preserve && csg->set && (strstr(csg->set, "contouring=") || strstr(csg->set, "topology="))) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "--preserve chooses contouring and topology: leave them out of --set");
+    }
     if (csg->result && !mesh_can_write(csg->result, error)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);
     }

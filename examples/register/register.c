@@ -62,10 +62,9 @@ static int read_command_line(struct run *run, int argc, char **argv)
     };
     static const struct cli_rule rules[] = {
         {.given = "field",
-         .only =
-             "FIXED|MOVING|fixed-series|moving-series|fixed-frame|moving-frame|fixed-mask|moving-mask|fixed-labels|moving-labels|label|"
-             "fixed-points|moving-points|warp-labels|"
-             "warp-points|warp-mesh|inverse-labels|inverse-points|inverse-mesh|backend|threads|json|out|quiet"},
+         .only = "FIXED|MOVING|fixed-series|moving-series|fixed-frame|moving-frame|fixed-mask|moving-mask|fixed-labels|moving-labels|"
+                 "label|fixed-points|moving-points|warp-labels|warp-points|warp-mesh|inverse-labels|inverse-points|inverse-mesh|"
+                 "backend|threads|json|out|quiet"},
         {.given = "start+align=none"},
         {.given = "fixed-labels", .needs = "moving-labels"},
         {.given = "moving-labels", .needs = "fixed-labels"},

@@ -24,7 +24,8 @@ TEST broken_surfaces_are_refused(void)
 #define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 #define PLY_FACES "element face 2\nproperty list uchar int vertex_indices\n"
 #define PLY_PLACES "0 0 0\n1 0 0\n0 1 0\n"
-    static const struct { const char *name, *text, *reason;
+    static const struct {
+        const char *name, *text, *reason;
     } files[] = {
         {"a.ply", PLY_VERTICES "element face 1\n", "has no end"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_headers\n" PLY_PLACES, "line 9 of the PLY header"},

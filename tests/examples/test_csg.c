@@ -401,6 +401,11 @@ TEST other_formats_are_refused(void)
     const char *const negative[] = {"--amount", "-2", NULL};
     CHECK_CALL(refused(CLI_EXIT_USAGE, "--amount -2", "smooth", "/nowhere.ply", NULL, negative)); /* before files are read */
     CHECK_CALL(refused(CLI_EXIT_USAGE, "--keep-volume", "offset", "ball:0,0,0,1", NULL, keep));
+    static const char *const chosen[] = {"contouring=1", "topology=0", "d_max=3,contouring=0"};
+    for (int i = 0; i < 3; ++i) {
+        const char *const both[] = {"--amount", "2", "--preserve", "--set", chosen[i], NULL};
+        CHECK_CALL(refused(CLI_EXIT_USAGE, "leave them out of --set", "smooth", "ball:0,0,0,1", NULL, both));
+    }
     CHECK_CALL(refused(CLI_EXIT_USAGE, "from 24 to 4096", "remesh", "ball:0,0,0,1", NULL, coarse));
     CHECK_CALL(refused(CLI_EXIT_USAGE, "union|intersection", "uni", "ball:0,0,0,1", "ball:0,0,0,1", NULL));
     PASS();

@@ -413,7 +413,9 @@ TEST mirrored_nodes_are_turned(void)
 /* The weights of the node go before those of the mesh; a target of weight 0 adds nothing. */
 TEST morph_targets_have_their_default_weights(void)
 {
-    static const struct { const char *mesh, *node; double size;
+    static const struct {
+        const char *mesh, *node;
+        double size;
     } cases[] = {{"", "", 1.0},
                  {"\"weights\":[0.5,0],", "", 1.5},
                  {"\"weights\":[0.5,0],", ",\"weights\":[0,2]", 1.2},
@@ -706,7 +708,8 @@ TEST what_cannot_be_read_is_named(void)
 #define VIEW "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]"
 #define ACCESSOR(rest) "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"" rest "}]"
 #define WHOLE TRIANGLE "," BYTES "," VIEW "," ACCESSOR("")
-    static const struct { const char *text, *reason;
+    static const struct {
+        const char *text, *reason;
     } files[] = {
         {ASSET "," WHOLE "}", NULL},
         {ASSET ",\"extensionsRequired\":[\"KHR_texture_transform\",\"KHR_materials_unlit\"]," WHOLE "}", NULL},
@@ -767,7 +770,9 @@ TEST what_cannot_be_read_is_named(void)
 
 TEST reports_are_as_they_should_be(void)
 {
-    static const struct { const char *name; double volume;
+    static const struct {
+        const char *name;
+        double volume;
     } meshes[] = {{"gltf-quantized/ball_short.glb", 14.11},     {"gltf-quantized/ball_gltfpack.glb", 14.11},
                   {"gltf-draco-meshopt/ball_draco.glb", 14.11}, {"gltf-draco-meshopt/ball_meshopt.glb", 14.11},
                   {"gltf-mirrored/two_wheels.glb", 3.987},      {"gltf-sparse-morph/morph_default_weight.glb", 14.02}};

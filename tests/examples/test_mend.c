@@ -542,8 +542,8 @@ TEST triangles_are_as_many_as_asked_for(void)
     damage_end(&m);
     for (int i = 0; i < 2; ++i) {
         struct facts facts;
-        const char *const more[] = {"--grid",           "64", "--out", scratch("thin.ply"), i ? "--tolerance" : "--triangles",
-                                    i ? "0.1" : "2000", NULL};
+        const char *const more[] = {"--grid", "64", "--out", scratch("thin.ply"), i ? "--tolerance" : "--triangles", i ? "0.1" : "2000",
+                                    NULL};
         ASSERT_EQ(0, run_mend(path, more));
         ASSERT(read_facts(more[3], &facts));
         ASSERT(facts.mesh.triangle_count < 9000 && (i || facts.mesh.triangle_count <= 2000));

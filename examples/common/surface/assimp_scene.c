@@ -1,5 +1,6 @@
 #include "surface/assimp_scene.h"
 
+#include "surface/ply_check.h"
 #include "surface/scene_files.h"
 #include "surface/scene_uv.h"
 
@@ -9,6 +10,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <ctype.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -411,40 +413,43 @@ struct source {
     size_t size;
 };
 
-/* Passes over the header of a binary PLY file. Returns NULL for another file. */
-static const unsigned char *behind_ply_header(const unsigned char *bytes, size_t size)
+/* Returns where the elements of a binary PLY file begin if assimp would lose that place, else 0. It ends the header at the first line end
+ * of any kind, and passes over another one, which may be the first byte of a number. */
+static long elements_to_guard(FILE *file)
 {
-    const unsigned char *line = bytes, *end;
-    bool binary = false;
-    if (!bytes || size < 4 || memcmp(bytes, "ply", 3) != 0) {
-        return NULL;
+    static const char plain[] = "\nend_header\n";
+    char end[sizeof plain]; /* and one byte of the elements */
+    const long elements = ply_binary_elements(file);
+    if (elements == 0 || fseek(file, elements - (long)strlen(plain), SEEK_SET) != 0 || fread(end, 1, sizeof end, file) != sizeof end) {
+        return 0;
     }
-    while ((end = memchr(line, '\n', (size_t)(bytes + size - line))) != NULL) {
-        const size_t length = (size_t)(end - line);
-        if (length == 10 && memcmp(line, "end_header", length) == 0) {
-            return binary ? end + 1 : NULL;
-        }
-        binary = binary || (length >= 13 && memcmp(line, "format binary", 13) == 0);
-        line = end + 1;
-    }
-    return NULL;
+    return memcmp(end, plain, strlen(plain)) == 0 && end[strlen(plain)] != '\n' ? 0 : elements;
 }
 
-/* assimp passes over a line end behind the header of a binary PLY file, and loses its place where that is the first byte of a number: gets
- * another one to pass over. Returns false if memory is short. */
-static bool guard_first_number(struct source *source)
+/* Loads a file that needs it, with a header that has one line end and another one for assimp to pass over. */
+static bool guard_first_number(struct source *source, char error[SCENE_TEXT])
 {
+    FILE *file = fopen(source->path, "rb");
+    if (!file) {
+        return scene_fail(error, source->path, "cannot open");
+    }
+    const size_t header = (size_t)elements_to_guard(file);
+    fclose(file);
+    if (header == 0) {
+        return true;
+    }
     size_t size;
     unsigned char *bytes = scene_read_file(source->path, &size);
-    const unsigned char *behind = behind_ply_header(bytes, size);
-    const bool needed = behind && behind < bytes + size && *behind == '\n';
-    const size_t header = needed ? (size_t)(behind - bytes) : 0;
-    unsigned char *grown = needed ? realloc(bytes, size + 1) : NULL;
+    unsigned char *grown = size >= header ? realloc(bytes, size + 1) : NULL;
     if (!grown) {
         free(bytes);
-        return !needed;
+        return scene_fail(error, source->path, "cannot be loaded whole: not enough memory, or larger than 2 GB");
     }
     memmove(grown + header + 1, grown + header, size - header);
+    grown[header] = '\n';
+    for (unsigned char *c = grown + header - 2; c > grown && *c != '\n'; --c) { /* behind end_header */
+        *c = isspace(*c) ? ' ' : *c;
+    }
     source->bytes = grown;
     source->size = size + 1;
     return true;
@@ -468,7 +473,10 @@ bool assimp_scene_read(const char *path, enum scene_extent extent, struct scene 
 {
     struct reader r = {.path = path, .to = scene, .extent = extent, .error = error};
     struct source source = {.path = path};
-    struct aiPropertyStore *properties = guard_first_number(&source) ? aiCreatePropertyStore() : NULL;
+    if (!guard_first_number(&source, error)) {
+        return false;
+    }
+    struct aiPropertyStore *properties = aiCreatePropertyStore();
     if (!properties) {
         free(source.bytes);
         return no_memory(&r);

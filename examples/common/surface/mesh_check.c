@@ -102,7 +102,7 @@ static bool pierces(const float *p, const float *q, const float *a, const float 
     return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
 }
 
-/* Returns true if the segment aq lies in the plane of abc, as in a face of the grid, and runs from its corner a into its inside. */
+/* Returns true if the segment aq lies in the plane of abc and runs from its corner a into its inside. */
 static bool runs_into(const float *a, const float *b, const float *c, const float *q)
 {
     double u[3], v[3], w[3], n[3], left = 0.0, right = 0.0;

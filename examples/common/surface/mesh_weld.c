@@ -1,6 +1,7 @@
-/* mesh_weld.c - border edges are looked up by their middles in cubes of space, which a table of lists holds.  What joins is apart by less
- * than a third of the shorter length l, so that the longer one is shorter than 5/3 l. Cubes are as large as edges of a length need, for
- * each power of two: a few lists hold all that may join, however the lengths of a mesh differ. */
+/* mesh_weld.c - border edges are looked up by their middles in cubes of space, which a table of lists holds.
+ *
+ * What joins is apart by less than a third of the shorter length l, so that the longer one is shorter than 5/3 l. Cubes are as large as
+ * edges of a length need, for each power of two: a few lists hold all that may join, however the lengths of a mesh differ. */
 #include "surface/mesh_weld.h"
 
 #include "base/vec3.h"

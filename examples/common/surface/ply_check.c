@@ -1,8 +1,11 @@
+#define _POSIX_C_SOURCE 200809L
 #include "surface/ply_check.h"
 
 #include <ctype.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { LONGEST_LINE = 4096, MOST_LINES = 1000, MOST_PROPERTIES = 256 }; /* of a header */
 
@@ -105,12 +108,13 @@ static bool read_header(struct ply *p)
 {
     char line[LONGEST_LINE];
     bool ended = false;
-    if (!fgets(line, sizeof line, p->file) || !isspace((unsigned char)line[3])) { /* assimp takes the first word in capitals too */
+    /* assimp takes the first word in capitals too */
+    if (!fgets(line, sizeof line, p->file) || strncasecmp(line, "ply", 3) != 0 || !isspace((unsigned char)line[3])) {
         return scene_fail(p->error, p->path, "a PLY file begins with ply");
     }
     for (int row = 2; row < MOST_LINES && !ended && fgets(line, sizeof line, p->file); ++row) {
         ended = is_word(line, "end_header");
-        if (!ended && (!strchr(line, '\n') || !read_line(p, line))) {
+        if (!strchr(line, '\n') || (!ended && !read_line(p, line))) {
             return scene_fail(p->error, p->path, "line %d of the PLY header is not valid", row);
         }
     }
@@ -245,4 +249,11 @@ bool ply_check(FILE *file, const char *path, long size, char error[SCENE_TEXT])
     }
     free(p);
     return good;
+}
+
+long ply_binary_elements(FILE *file)
+{
+    char error[SCENE_TEXT];
+    struct ply p = {.path = "", .file = file, .size = LONG_MAX, .error = error};
+    return read_header(&p) && !p.ascii ? ftell(file) : 0;
 }
