@@ -332,21 +332,17 @@ FIXTURE springls_status call_index_of(call_bench *b)
 
 /* Every public call that returns a status: X(name, 1 if it never changes the model, even when phi lags behind). */
 #define EVERY_CALL(X) \
-    X(create, 1) \
-    X(reset, 0) X(set_params, 1) X(set_mesh, 0) X(set_level_set, 0) X(set_labels, 0) X(set_threshold, 0) X(set_implicit, 0) \
-        X(set_springls, 0) X(set_reference, 0) X(set_reference_mesh, 0) X(write, 0) X(set_keep_mask, 0) X(max_speed, 1) X(advect, 0) \
-            X(relax, 0) X(contract, 0) X(resample, 0) X(evolve, 0) X(rebuild, 0) X(fill_gaps, 0) X(unsigned_to_signed, 0) X(track, 0) \
-                X(step, 0) X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0) X(snapshot_delta, 1) \
-                    X(snapshot_patch, 1) X(index_of, 1) X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) \
-                        X(components, 0) X(component_of, 0) X(events, 0) X(extract_mesh, 1) X(extract_soup, 1) X(chunks_create, 1) \
-                            X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) X(chunks_lod, 1) X(copy_level_set, 1) \
-                                X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) \
-                                    X(add_attribute, 1) X(describe_attribute, 1) X(remove_attribute, 1) X(set_attribute, 1) \
-                                        X(mesh_attribute, 1) X(chunk_attribute, 1) X(get_provenance, 1) X(springl_errors, 1) \
-                                            X(mesh_errors, 1) X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) \
-                                                X(find_seams, 1) X(interpolate_material, 1) X(combine, 0) X(combine_implicit, 0) \
-                                                    X(combine_begin, 0) X(combine_implicit_begin, 0) X(combine_continue, 0) \
-                                                        X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
+    X(create, 1) X(reset, 0) X(set_params, 1) X(set_mesh, 0) X(set_level_set, 0) X(set_labels, 0) X(set_threshold, 0) X(set_implicit, 0) \
+    X(set_springls, 0) X(set_reference, 0) X(set_reference_mesh, 0) X(write, 0) X(set_keep_mask, 0) X(max_speed, 1) X(advect, 0) \
+    X(relax, 0) X(contract, 0) X(resample, 0) X(evolve, 0) X(rebuild, 0) X(fill_gaps, 0) X(unsigned_to_signed, 0) X(track, 0) X(step, 0) \
+    X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0) X(snapshot_delta, 1) X(snapshot_patch, 1) X(index_of, 1) \
+    X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) \
+    X(extract_mesh, 1) X(extract_soup, 1) X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) \
+    X(chunks_lod, 1) X(copy_level_set, 1) X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) \
+    X(add_attribute, 1) X(describe_attribute, 1) X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(chunk_attribute, 1) \
+    X(get_provenance, 1) X(springl_errors, 1) X(mesh_errors, 1) X(springl_materials, 1) X(mesh_materials, 1) X(corner_materials, 1) \
+    X(find_seams, 1) X(interpolate_material, 1) X(combine, 0) X(combine_implicit, 0) X(combine_begin, 0) X(combine_implicit_begin, 0) \
+    X(combine_continue, 0) X(follow_level_set, 0) X(offset, 0) X(smooth, 0) X(remesh, 0) X(measure, 1)
 
 #define CALL_NUMBER(name, reads) CALL_##name,
 enum { EVERY_CALL(CALL_NUMBER) CALLS };

@@ -182,5 +182,6 @@ build/constants/$(1): build/constants/implementation.o $(call objects,$(1)) $(ca
 endef
 $(foreach p,$(CONSTANTS_PROGRAMS),$(eval $(call constants_rule,$(p))))
 constants: deps-examples   ## docs/constants.md: each tuned constant at half and twice its value (ONLY=NAME; PAGE=docs/constants.md)
+	@$(if $(and $(ONLY),$(PAGE)),echo "constants: ONLY measures a part of the page: leave out ONLY or PAGE" >&2; exit 2)
 	@$(MAKE) --no-print-directory $(CONSTANTS_PROGRAMS:%=build/constants/%)
-	@tests/bench/constants.py measure build/constants $(ONLY) $(if $(PAGE),> $(PAGE))
+	@tests/bench/constants.py measure build/constants '$(ONLY)' $(if $(PAGE),> build/constants/page && mv build/constants/page '$(PAGE)')

@@ -34,6 +34,9 @@ CASES = {
               'volumes off, %': r'off by ([\d.]+) %', 'area': r'area of all films: ([\d.]+)'}),
 }
 
+# Where a constant is measured whose own case it does not change.
+ELSEWHERE = ('corner', 'zalesak', 'leveque')
+
 # Constants: name, value as it stands in the source, file, kind (number, cosine, count), and the case that is measured first.
 CONSTANTS = """
 SPRINGLS__LAZY_TURN             0.18f   src/solver/algorithm_tables.h        number  leveque
@@ -207,7 +210,7 @@ def run(folder, case, override=None):
 def cell(result, base):
     values, seconds, exact = result
     if isinstance(values, str):
-        return values.replace('|', '/')[:60]
+        return 'fails: ' + values.split(': ')[-1].replace('|', '/')
     if base and exact == base[2]:
         return 'same'
     return ' / '.join('%.*g' % (6 if abs(v) >= 1.0 else 4, v) for v in values.values()) + ' / %.1f s' % seconds
@@ -235,18 +238,25 @@ PAGE = """<!-- written by: make constants PAGE=docs/constants.md -->
 What half and twice the value of each constant does to a case that shows it, where the library leaves a choice. Parameters that a user
 sets have their own tables (`make ablation`, `make accuracy`). Constants that are no choice are not here: sizes of arrays, layouts, limits
 of memory, bounds that follow from others, and tolerances of rounding. Of a cosine the angle is halved and doubled. "same": the figures
-and the hash of the state are those of the value as it is. A constant stands at a case in which it changes something. One thread; seconds
-are the processor's, of a machine that does other things too: differences below a third mean nothing. Nor do small differences of the
-foam and of Zalesak's ball: a foam's last bits decide which walls vanish first, and a few springls at the notch make the largest error.
+are those of the value as it is. `leveque` and `zalesak` print the hash of the state too, which is then the same; in the cases of `csg` and
+`foam` only the printed figures are compared. A constant stands at a case in which it changes something. One thread; seconds are the
+processor's, of a machine that does other things too: differences below a third mean nothing. Nor do small differences of the foam and of
+Zalesak's ball: a foam's last bits decide which walls vanish first, and a few springls at the notch make the largest error.
 
-`make constants ONLY=NAME` measures one constant, or those whose file's name has NAME in it.
+`make constants ONLY=NAME` measures the constants of that name and those whose file's name has NAME in it.
+"""
+
+UNSEEN = """## Without effect here
+
+Half and twice the value change nothing in three cases, the corner, Zalesak's ball and LeVeque's flow, nor in the case that is named
+behind the value. The other cases were not run.
 """
 
 
 def measure_constant(folder, number, constant, bases):
     """The case in which half or twice the value changes something, the constant's own or one of those that show most, and what it does
     there; or None."""
-    for case in [constant.case] + [case for case in ('corner', 'zalesak', 'leveque') if case != constant.case]:
+    for case in [constant.case] + [case for case in ELSEWHERE if case != constant.case]:
         if case not in bases:
             bases[case] = run(folder, case)
         cells = [cell(run(folder, case, '%d=%.9g' % (number, constant.times(f))), bases[case]) for f in (0.5, 2.0)]
@@ -256,16 +266,18 @@ def measure_constant(folder, number, constant, bases):
 
 
 def measure(folder, only):
+    chosen = [(number, c) for number, c in enumerate(constants()) if not only or only == c.name or only in os.path.basename(c.file)]
+    if not chosen:
+        print("constants: '%s' is the name of no constant and in the name of no file that has one" % only, file=sys.stderr)
+        sys.exit(2)
     bases, rows, unseen = {}, {case: [] for case in CASES}, []
-    for number, c in enumerate(constants()):
-        if only and only not in c.name and only not in c.file:
-            continue
-        name = '`%s` (%s)' % (c.name, c.file.split('/')[-1])
+    for number, c in chosen:
+        name = '`%s` (%s)' % (c.name, os.path.basename(c.file))
         found = measure_constant(folder, number, c, bases)
         if found:
             rows[found[0]].append('| %s | %s | %s | %s |' % ((name, c.text.strip('()f')) + tuple(found[1])))
         else:
-            unseen.append('%s, %s' % (name, c.text.strip('()f')))
+            unseen.append('%s, %s%s' % (name, c.text.strip('()f'), '' if c.case in ELSEWHERE else ', ' + c.case))
         print(name, found, file=sys.stderr, flush=True)
     print(PAGE)
     for case, lines in rows.items():
@@ -275,7 +287,7 @@ def measure(folder, only):
                 title[0].upper() + title[1:], arguments.format(out='build'), ', '.join(wanted).capitalize(), cell(bases[case], None)))
             print('\n'.join(['| Constant | Value | Half | Twice |', '|---|---|---|---|'] + lines) + '\n')
     if unseen:
-        print('## Without effect here\n\nHalf and twice the value leave every case as it is; tests show what these are for.\n')
+        print(UNSEEN)
         print('\n'.join('- ' + line for line in unseen))
 
 

@@ -429,16 +429,13 @@ int main(int argc, char **argv)
     std::fprintf(page, "# The watertight surface\n\nMade by `make surface`, %s.\n\n", date);
     std::fputs(
         "Each model's surface is made three times from one state: the mesh of what springls hold\n"
-        "(`params.contouring = SPRINGLS_CONTOURING_SPRINGLS`; the manual in `springls.h`, CONTOURING), the zero level of phi by the "
-        "library's\n"
-        "marching cubes, and by OpenVDB's `volumeToMesh` of the same phi. Volume and area: error, %. Distances are voxels, from vertices "
-        "and\n"
-        "middles of triangles (the first column: from vertices alone) to the exact surface: mean, 99 %, largest. Times are the "
-        "processor's,\n"
-        "of the whole call, on one thread of a machine that may be busy; OpenVDB's has neither normals nor correspondences.\n\n"
-        "Plates of 22.6 x 18.8 voxels have been turned by 20 degrees in 20 steps; those below a voxel were squeezed to that from 1.5 "
-        "voxels\n"
-        "before, one to one (`springls_step_desc.one_to_one`). LeVeque's sheet is the ball at half of its period.\n\n"
+        "(`params.contouring = SPRINGLS_CONTOURING_SPRINGLS`; the manual in `springls.h`, CONTOURING), the zero level of phi by the\n"
+        "library's marching cubes, and by OpenVDB's `volumeToMesh` of the same phi. Volume and area: error, %. Distances are voxels,\n"
+        "from vertices and middles of triangles (the first column: from vertices alone) to the exact surface: mean, 99 %, largest.\n"
+        "Times are the processor's, of the whole call, on one thread of a machine that may be busy; OpenVDB's has neither normals nor\n"
+        "correspondences.\n\n"
+        "Plates of 22.6 x 18.8 voxels have been turned by 20 degrees in 20 steps; those below a voxel were squeezed to that from 1.5\n"
+        "voxels before, one to one (`springls_step_desc.one_to_one`). LeVeque's sheet is the ball at half of its period.\n\n"
         "| Model | Surface | Components / Euler number | Volume | Area | Vertices, mean | Mean | 99 % | Largest | Triangles, 1000 | ms |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|\n",
         page);

@@ -3,11 +3,14 @@
 # are known to define (host_words.txt)? The compile matrix finds the latter too, with more compilers, in minutes.
 set -u
 here=tests/portability
-long=$(git ls-files src kernels_embed examples tests springls_cl.h | grep -E '\.(c|h|cc|cl|cpp|js|py|awk)$' |
-    xargs awk 'length($0) > 140 { print FILENAME ":" FNR ": " length($0) " characters" }')
+sources=$(find src kernels_embed examples tests springls_cl.h -type f \( -name '*.[ch]' -o -name '*.cc' -o -name '*.cl' \
+    -o -name '*.cpp' -o -name '*.js' -o -name '*.py' -o -name '*.awk' \)) || exit 1
+[ -n "$sources" ] || { echo "text: no sources here"; exit 1; }
+long=$(echo "$sources" | xargs awk 'length($0) > 140 { print FILENAME ":" FNR ": " length($0) " characters" }') || exit 1
 [ -z "$long" ] || { echo "text: lines of more than 140 characters:"; echo "$long"; exit 1; }
 
-$here/host_header.sh > build/host_words.h
+mkdir -p build
+$here/host_header.sh > build/host_words.h || { echo "text: $here/host_header.sh fails"; exit 1; }
 errors=$(${CC:-cc} -std=gnu99 -w -I. -DSPRINGLS_THREADS -include build/host_words.h -fsyntax-only -x c - 2>&1 << 'EOF'
 #define SPRINGLS_IMPLEMENTATION
 #include "src/springls_parts.h"
