@@ -16341,11 +16341,17 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 }
 
 /* Finds how many particles springls__displace_all has moved, how far springls turn at most, and the largest displacement: negative
-   where that of a point is not finite. */
+   where that of a point is not finite. Without particles to displace nothing is asked of the device, which may fail. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     springls__largest largest;
+    if (motion->count == 0) {
+        motion->moving = 0;
+        motion->moved = motion->turned = 0.0f;
+        motion->none = true;
+        return;
+    }
     springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     springls__largest_later(ctx, SPRINGLS__COUNT_TURNING, SPRINGLS__ROLE_ARRAY(turning2), motion->count, FLT_MAX);
     largest = springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
@@ -24859,15 +24865,16 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     return SPRINGLS_OK;
 }
 
-/* Creates an empty model with the grid, the parameters and the allocator of this one, on a backend of its own. call: for the error. */
+/* Creates an empty model with the grid, the parameters and the allocator of this one, on the given backend. call: for the error. */
 SPRINGLS__FN springls_status springls__create_alike_on(springls_context *ctx, const char *call, springls_backend *backend,
                                                        springls_context **out)
 {
     springls_desc desc = ctx->desc;
+    springls_status status;
     desc.params = &ctx->model.params;
     desc.backend = backend;
-    if (springls_create(&desc, out) == SPRINGLS_OK) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "%s: out of memory", call);
+    status = springls_create(&desc, out);
+    return status == SPRINGLS_OK ? SPRINGLS_OK : springls__fail(ctx, status, "%s: %s", call, springls_status_string(status));
 }
 
 /* The same without a device. */
@@ -46665,7 +46672,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18027 \"springls.h\"\n",
+    "#line 18033 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47776,7 +47783,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19139 \"springls.h\"\n",
+    "#line 19145 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48403,7 +48410,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19767 \"springls.h\"\n",
+    "#line 19773 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49000,7 +49007,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49004 \"springls.h\"\n",
+    "#line 49011 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -52049,6 +52056,9 @@ typedef struct springls__pair_list { springls__pair *pair; int count; } springls
 /* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
 typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
 
+/* What a step of a resting model changes: it only counts. */
+typedef struct springls__counts { double time; int iteration, steps; uint32_t step; } springls__counts;
+
 /* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). One that is not awake has slept as the step
    began, and only counts. One that is put, and has slept, may look, but takes no part. One that is put and not asleep takes part without
    being drawn to others. One that is awake looks. */
@@ -52074,6 +52084,7 @@ typedef struct springls__tiling_body {
     uint64_t boxed;            /* the springls_version that it is of; 0: there is none                               */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
+    springls__counts counts;   /* as the step began: all that changes of a body without a backup                       */
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     springls__held held;
@@ -53233,7 +53244,7 @@ SPRINGLS__FN float springls__gap_to(const springls_tiling *tiling, int faced, sp
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
      a flow that thins bodies phi knows less than springls do.
-   - From label 0 it turns to a body that it touches and, where pressures move bodies apart from each other, that it lies in. */
+   - From label 0 it turns to a body that it touches and, where pressures move each body by itself, to one that it has run into. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
     const springls_tiling *tiling = job->tiling;
@@ -55630,7 +55641,27 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     return SPRINGLS_OK;
 }
 
-/* Goes back to the models as they were, where they have been kept, and to the counts of rest. */
+/* Keeps what a step may change of a body that rests. Its model need not be kept: it is on the host, and a step of it starts no kernel,
+   so that it is not lost with the device. */
+SPRINGLS__FN void springls__keep_counts(springls__tiling_body *body)
+{
+    const springls_context *ctx = body->ctx;
+    body->counts.time = ctx->time;
+    body->counts.iteration = ctx->iteration;
+    body->counts.steps = ctx->stats.steps;
+    body->counts.step = ctx->model.set.step;
+}
+
+SPRINGLS__FN void springls__put_counts_back(const springls__tiling_body *body)
+{
+    springls_context *ctx = body->ctx;
+    ctx->time = body->counts.time;
+    ctx->iteration = body->counts.iteration;
+    ctx->stats.steps = body->counts.steps;
+    ctx->model.set.step = body->counts.step;
+}
+
+/* Goes back to the models as they were, where they have been kept, to the counts of the others, and to the counts of rest. */
 SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
 {
     int i;
@@ -55638,6 +55669,7 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         springls__tiling_body *body = &tiling->body[i];
         springls_status status = SPRINGLS_OK;
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
+        else springls__put_counts_back(body);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
         if (body->rest.looks || body->backup_size) body->rest.calm = 0;
@@ -55824,7 +55856,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
-/* Fails if the time of a resting body is so large that adding dt does not change it: resting bodies have no backup to go back to. */
+/* Fails if the time of a resting body is so large that adding dt does not change it: before anything is done. */
 SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     int i;
@@ -55904,7 +55936,10 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
-    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
+    for (i = 0; i < count; i++) {
+        tiling->body[i].backup_size = 0;
+        springls__keep_counts(&tiling->body[i]);
+    }
     steps = tiling->steps;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);

@@ -203,15 +203,16 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     return SPRINGLS_OK;
 }
 
-/* Creates an empty model with the grid, the parameters and the allocator of this one, on a backend of its own. call: for the error. */
+/* Creates an empty model with the grid, the parameters and the allocator of this one, on the given backend. call: for the error. */
 SPRINGLS__FN springls_status springls__create_alike_on(springls_context *ctx, const char *call, springls_backend *backend,
                                                        springls_context **out)
 {
     springls_desc desc = ctx->desc;
+    springls_status status;
     desc.params = &ctx->model.params;
     desc.backend = backend;
-    if (springls_create(&desc, out) == SPRINGLS_OK) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "%s: out of memory", call);
+    status = springls_create(&desc, out);
+    return status == SPRINGLS_OK ? SPRINGLS_OK : springls__fail(ctx, status, "%s: %s", call, springls_status_string(status));
 }
 
 /* The same without a device. */

@@ -167,11 +167,17 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
 }
 
 /* Finds how many particles springls__displace_all has moved, how far springls turn at most, and the largest displacement: negative
-   where that of a point is not finite. */
+   where that of a point is not finite. Without particles to displace nothing is asked of the device, which may fail. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     springls__largest largest;
+    if (motion->count == 0) {
+        motion->moving = 0;
+        motion->moved = motion->turned = 0.0f;
+        motion->none = true;
+        return;
+    }
     springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
     springls__largest_later(ctx, SPRINGLS__COUNT_TURNING, SPRINGLS__ROLE_ARRAY(turning2), motion->count, FLT_MAX);
     largest = springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);

@@ -27,6 +27,9 @@ typedef struct springls__pair_list { springls__pair *pair; int count; } springls
 /* The springls of a body that have a sheet before them: how many, the sums of their gaps and their squares, and the largest, voxels. */
 typedef struct springls__gaps { int springls; double sum, sum2; float largest; } springls__gaps;
 
+/* What a step of a resting model changes: it only counts. */
+typedef struct springls__counts { double time; int iteration, steps; uint32_t step; } springls__counts;
+
 /* How a body comes to rest, and whether it takes part in the step at work (tiling_rest.h). One that is not awake has slept as the step
    began, and only counts. One that is put, and has slept, may look, but takes no part. One that is put and not asleep takes part without
    being drawn to others. One that is awake looks. */
@@ -52,6 +55,7 @@ typedef struct springls__tiling_body {
     uint64_t boxed;            /* the springls_version that it is of; 0: there is none                               */
     springls__buffer backup;   /* the model as it was when the step began; memory of ctx                             */
     size_t backup_size;
+    springls__counts counts;   /* as the step began: all that changes of a body without a backup                       */
     size_t block_size;         /* of the model in a snapshot that is being written                                   */
     springls_status status;    /* of the work that was done for all bodies                                           */
     springls__held held;

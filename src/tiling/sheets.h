@@ -233,7 +233,7 @@ SPRINGLS__FN float springls__gap_to(const springls_tiling *tiling, int faced, sp
    - It goes on to face a body, though that has no sheet there: the wall is to be closed (mirror.h). It is given up where another sheet
      lies in its place. Among films it is given up, too, where by phi a third body is in front, which has come between (a T1 change); in
      a flow that thins bodies phi knows less than springls do.
-   - From label 0 it turns to a body that it touches and, where pressures move bodies apart from each other, that it lies in. */
+   - From label 0 it turns to a body that it touches and, where pressures move each body by itself, to one that it has run into. */
 SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v3 p, springls__v3 n, int faced, float *gap)
 {
     const springls_tiling *tiling = job->tiling;

@@ -141,7 +141,27 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     return SPRINGLS_OK;
 }
 
-/* Goes back to the models as they were, where they have been kept, and to the counts of rest. */
+/* Keeps what a step may change of a body that rests. Its model need not be kept: it is on the host, and a step of it starts no kernel,
+   so that it is not lost with the device. */
+SPRINGLS__FN void springls__keep_counts(springls__tiling_body *body)
+{
+    const springls_context *ctx = body->ctx;
+    body->counts.time = ctx->time;
+    body->counts.iteration = ctx->iteration;
+    body->counts.steps = ctx->stats.steps;
+    body->counts.step = ctx->model.set.step;
+}
+
+SPRINGLS__FN void springls__put_counts_back(const springls__tiling_body *body)
+{
+    springls_context *ctx = body->ctx;
+    ctx->time = body->counts.time;
+    ctx->iteration = body->counts.iteration;
+    ctx->stats.steps = body->counts.steps;
+    ctx->model.set.step = body->counts.step;
+}
+
+/* Goes back to the models as they were, where they have been kept, to the counts of the others, and to the counts of rest. */
 SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
 {
     int i;
@@ -149,6 +169,7 @@ SPRINGLS__FN void springls__go_back(springls_tiling *tiling)
         springls__tiling_body *body = &tiling->body[i];
         springls_status status = SPRINGLS_OK;
         if (body->backup_size) status = springls_restore(body->ctx, body->backup.data, body->backup_size);
+        else springls__put_counts_back(body);
         SPRINGLS_ASSERT(status == SPRINGLS_OK);
         (void)status;
         if (body->rest.looks || body->backup_size) body->rest.calm = 0;
@@ -335,7 +356,7 @@ SPRINGLS__FN springls_status springls__work_on_walls(springls_tiling *tiling, co
     return springls__report_joins(tiling, report);
 }
 
-/* Fails if the time of a resting body is so large that adding dt does not change it: resting bodies have no backup to go back to. */
+/* Fails if the time of a resting body is so large that adding dt does not change it: before anything is done. */
 SPRINGLS__FN springls_status springls__check_times(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
     int i;
@@ -415,7 +436,10 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     SPRINGLS__TRY(springls__check_times(tiling, desc));
     SPRINGLS__TRY(springls__buffer_grow(tiling->host, &tiling->vanished, (size_t)tiling->count, sizeof(int32_t), 0));
     count = tiling->count;
-    for (i = 0; i < count; i++) tiling->body[i].backup_size = 0;
+    for (i = 0; i < count; i++) {
+        tiling->body[i].backup_size = 0;
+        springls__keep_counts(&tiling->body[i]);
+    }
     steps = tiling->steps;
     facing_known = tiling->facing_known;
     status = springls__run_tiling_step(tiling, desc, report);

@@ -661,6 +661,74 @@ TEST a_step_of_a_tiling_fails(int on)
     PASS();
 }
 
+/* A step in which no force acts. */
+FIXTURE springls_status fault_resting_step(springls_tiling *tiling)
+{
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    step.dt = 0.125f;
+    return springls_tiling_step(tiling, &step, NULL);
+}
+
+/* Makes the balls, and steps until all three bodies are at rest. */
+FIXTURE springls_status fault_resting_tiling(springls_backend *backend, fixture_heap *heap, springls_tiling **tiling)
+{
+    springls_status status = fault_tiling(backend, heap, tiling);
+    int i, body, resting = 0;
+    for (i = 0; i < 600 && resting < 3 && status == SPRINGLS_OK; i++) {
+        status = fault_resting_step(*tiling);
+        for (resting = body = 0; body < 3; body++) resting += !(*tiling)->body[body].rest.awake;
+    }
+    return resting == 3 ? status : SPRINGLS_CANCELLED;
+}
+
+/* Returns whether the models have the springls and the counts of steps given, and are `dt` later. */
+FIXTURE bool fault_rests(const springls_tiling *tiling, const springls_stats stats[3], const double times[3], double dt)
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        const springls_context *ctx = tiling->body[i].ctx;
+        const springls_stats now = springls_get_stats(ctx);
+        if (springls_count(ctx) == 0 || now.springls != stats[i].springls) return false;
+        if (now.steps != stats[i].steps + (dt > 0.0) || springls_time(ctx) != times[i] + dt) return false;
+    }
+    return true;
+}
+
+/* Bodies at rest ask nothing of a device that is lost. Where stages are timed they wait for it: that fails, once for each body, which
+   leaves all bodies as they are, also those that had counted the step. */
+TEST a_step_of_resting_bodies_fails(bool timed)
+{
+    springls_tiling *tiling;
+    springls_stats stats[3];
+    double times[3];
+    fixture_heap heap;
+    uint64_t before;
+    int i, first;
+    NEEDS_STUB();
+    fault_count();
+    ASSERT_OK(fault_resting_tiling(reliable, &heap, &tiling));
+    before = springls_tiling_state_hash(tiling);
+    for (i = 0; i < 3; i++) {
+        stats[i] = springls_get_stats(tiling->body[i].ctx);
+        times[i] = springls_time(tiling->body[i].ctx);
+    }
+    reliable->timed = timed;
+    first = stub->calls(NULL);
+    stub->fail(NULL, first + timed, CL_DEVICE_NOT_AVAILABLE, 1); /* timed: the second body's */
+    ASSERT_STATUS(timed ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK, fault_resting_step(tiling));
+    reliable->timed = false;
+    if (!timed) ASSERT_EQ(first, stub->calls(NULL));
+    stub->fail(NULL, 0, CL_SUCCESS, 0);
+    ASSERT(fault_rests(tiling, stats, times, timed ? 0.0 : 0.125));
+    ASSERT(before == springls_tiling_state_hash(tiling));
+    ASSERT_OK(fault_resting_step(tiling));
+    if (timed) ASSERT(fault_rests(tiling, stats, times, 0.125));
+    springls_tiling_destroy(tiling);
+    ASSERT_EQ(0, heap.blocks);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
 /* ---- what the message says ---- */
 
 /* A kernel fails unseen until the device is waited for: the message names those that were started since it last was. */
@@ -792,6 +860,9 @@ SUITE(working)
         greatest_set_test_suffix(on ? "for_good" : "once");
         RUN_TESTp(a_step_of_a_tiling_fails, on);
     }
+    RUN_TESTp(a_step_of_resting_bodies_fails, false);
+    greatest_set_test_suffix("timed");
+    RUN_TESTp(a_step_of_resting_bodies_fails, true);
     RUN_TEST(a_program_does_not_compile);
     RUN_TEST(a_failure_names_the_last_kernels);
     greatest_set_test_suffix("out_of_memory");
