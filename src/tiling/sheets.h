@@ -17,6 +17,7 @@
 #define SPRINGLS__WALL_STILL 0.004f /* voxel: beyond the dead band nothing goes for less                              */
 #define SPRINGLS__WALL_TOUCH 0.06f  /* voxel: bodies this near to each other have met                                */
 #define SPRINGLS__FILM_REFUSED (-FLT_MAX) /* a gap where the callback of films gives what it must not     */
+#define SPRINGLS__WALL_ALIKE 0.8f    /* cosine: more, of normals of two bodies where one surface goes on in the other     */
 #define SPRINGLS__WALL_OPPOSED 0.4f /* cosine: at least, of a sheet's normal and the way against the springl's       */
 
 /* Finds the signed distance of x from the sheet of a body whose normals face along n: positive outside the body. False: there is none
@@ -108,9 +109,21 @@ SPRINGLS__FN bool springls__phi_agrees(const springls__tiling_body *body, spring
     return springls__phi_beside(body, p) < d + error;
 }
 
-/* Finds the body that place p of another one lies in, though none of its sheets is opposed: at the rim of a wall that grows, bodies run
-   into each other askew. Returns its number, and phi there, -1: there is none. */
-SPRINGLS__FN int springls__body_around(const springls_tiling *tiling, int own, springls__v3 p, float *phi)
+/* Returns whether the surface of another body goes on beside place p in the surface that has normal n there: one does not run into the
+   other, though p may be in both. */
+SPRINGLS__FN bool springls__goes_on_in(const springls__tiling_body *other, springls__v3 p, springls__v3 n)
+{
+    const springls__model *model = &other->ctx->model;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__PROJECT_RADIUS);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__dot(springls__springl_normal(model->set.s[i]), n) > SPRINGLS__WALL_ALIKE) return true;
+    return false;
+}
+
+/* Finds the body that place p of another one, with normal n, lies in, though none of its sheets is opposed: at the rim of a wall that
+   grows, bodies run into each other askew. Returns its number, and phi there, -1: there is none. */
+SPRINGLS__FN int springls__body_around(const springls_tiling *tiling, int own, springls__v3 p, springls__v3 n, float *phi)
 {
     int i, found = -1;
     *phi = 0.0f;
@@ -118,7 +131,7 @@ SPRINGLS__FN int springls__body_around(const springls_tiling *tiling, int own, s
         float at;
         if (i == own || !springls__in_reach(&tiling->body[i].box, p, 0.0f)) continue;
         at = springls__phi_beside(&tiling->body[i], p);
-        if (at >= *phi) continue;
+        if (at >= *phi || springls__goes_on_in(&tiling->body[i], p, n)) continue;
         *phi = at;
         found = i;
     }
@@ -250,7 +263,7 @@ SPRINGLS__FN int springls__faced_by(const springls__sheets_job *job, springls__v
     else if (faced == 0 && other >= 0 && d < touching && springls__phi_agrees(&tiling->body[other], p, d)) *gap = d;
     else if (faced > 0 && other >= 0 && springls__fabs(d) < SPRINGLS__WALL_TOUCH) *gap = d;
     else if (films && own > 0 && faced > 0 && other > 0 && springls__faced_by_phi(tiling, own, p, n) == other) *gap = d;
-    else if (faced == 0 && own > 0 && pushed && (around = springls__body_around(tiling, own, p, &d)) >= 0) {
+    else if (faced == 0 && own > 0 && pushed && (around = springls__body_around(tiling, own, p, n, &d)) >= 0) {
         other = around;
         *gap = d;
     } else other = faced;
