@@ -194,13 +194,14 @@ SPRINGLS__MATHS bool springls__link_neighbors(const springls__model *model, spri
     return true;
 }
 
-/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. */
+/* Returns true when phi has no surface where springl i is: it has one sign before and behind it. model->set.phi is not read: springls
+   that are asleep have an older one there, and snapshots have none. */
 SPRINGLS__MATHS bool springls__has_lost_surface(const springls__model *model, int i)
 {
     const float near_enough = 0.1f, step = 0.25f; /* voxels */
     const springls__springl s = model->set.s[i];
     const springls__v3 n = springls__springl_normal(s);
-    if (springls__fabs(model->set.phi[i]) < near_enough) return false;
+    if (springls__fabs(springls__phi_or_beyond(&model->grid, s.p)) < near_enough) return false;
     return (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, step)) < 0.0f)
         == (springls__phi_or_beyond(&model->grid, springls__mad(s.p, n, -step)) < 0.0f);
 }

@@ -20,11 +20,12 @@
 
 SPRINGLS__FN bool springls__has_springls(const springls_context *ctx) { return ctx->model.set.count > 0; }
 
-/* Lets thin sheets, and bodies that touch, be searched for. */
+/* Lets thin sheets, lost parts, and bodies that touch, be searched for. */
 SPRINGLS__FN springls_status springls__contract_begin(springls_context *ctx)
 {
     const springls_params *params = &ctx->model.params;
-    return params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
+    const bool searches = params->keep_thin || params->min_component > 0.0f || params->contact == SPRINGLS_CONTACT_SEPARATE;
+    return searches ? springls__cell_list_cover(ctx) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN void springls__contract_args(const springls_context *ctx, springls__arguments *args)
