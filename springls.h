@@ -35830,8 +35830,8 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
 SPRINGLS__FN const char *springls__head_fault(const char magic[8], const char *block, size_t size, uint32_t *sections)
 {
     springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
-    uint32_t version;
-    uint64_t bytes, checksum;
+    uint32_t version = 0;
+    uint64_t bytes = 0, checksum = 0;
     if (memcmp(block, magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, *sections);
@@ -35860,8 +35860,8 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
                                                      springls__layout *layout)
 {
     const char *const damaged = "restore: the block is damaged";
-    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
-    uint32_t i, flags;
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes = 0;
+    uint32_t i, flags = 0;
     memset(layout, 0, sizeof *layout);
     for (i = 0; i < count; i++) {
         springls__coder c;
@@ -36396,7 +36396,7 @@ SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, con
 {
     size_t at = 0, place = SPRINGLS__DELTA_HEAD_BYTES;
     while (place + SPRINGLS__DELTA_PART_BYTES <= bytes) {
-        uint32_t from, copied, own;
+        uint32_t from = 0, copied = 0, own = 0;
         springls__coder c = springls__reader(delta + place);
         SPRINGLS__CODE(&c, from);
         SPRINGLS__CODE(&c, copied);
@@ -54078,8 +54078,8 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
 /* Reads the head of a block, and finds its sections. */
 SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, springls__tiling_block *read, const char *block, size_t size)
 {
-    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
-    uint32_t sections = 0, flags, i;
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes = 0;
+    uint32_t sections = 0, flags = 0, i;
     const char *fault = size < SPRINGLS__HEAD_BYTES ? "too short" : springls__head_fault(springls__tiling_magic, block, size, &sections);
     int count = 0;
     if (fault) return springls__block_fails(tiling, strcmp(fault, "no snapshot") == 0 ? "no snapshot of a tiling" : fault);

@@ -315,8 +315,8 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
 SPRINGLS__FN const char *springls__head_fault(const char magic[8], const char *block, size_t size, uint32_t *sections)
 {
     springls__coder c = springls__reader(block + sizeof springls__snapshot_magic);
-    uint32_t version;
-    uint64_t bytes, checksum;
+    uint32_t version = 0;
+    uint64_t bytes = 0, checksum = 0;
     if (memcmp(block, magic, sizeof springls__snapshot_magic) != 0) return "no snapshot";
     SPRINGLS__CODE(&c, version);
     SPRINGLS__CODE(&c, *sections);
@@ -345,8 +345,8 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
                                                      springls__layout *layout)
 {
     const char *const damaged = "restore: the block is damaged";
-    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
-    uint32_t i, flags;
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes = 0;
+    uint32_t i, flags = 0;
     memset(layout, 0, sizeof *layout);
     for (i = 0; i < count; i++) {
         springls__coder c;

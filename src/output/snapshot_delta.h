@@ -202,7 +202,7 @@ SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, con
 {
     size_t at = 0, place = SPRINGLS__DELTA_HEAD_BYTES;
     while (place + SPRINGLS__DELTA_PART_BYTES <= bytes) {
-        uint32_t from, copied, own;
+        uint32_t from = 0, copied = 0, own = 0;
         springls__coder c = springls__reader(delta + place);
         SPRINGLS__CODE(&c, from);
         SPRINGLS__CODE(&c, copied);

@@ -169,8 +169,8 @@ SPRINGLS__FN springls_status springls__read_section(springls_tiling *tiling, spr
 /* Reads the head of a block, and finds its sections. */
 SPRINGLS__FN springls_status springls__read_block(springls_tiling *tiling, springls__tiling_block *read, const char *block, size_t size)
 {
-    uint64_t at = SPRINGLS__HEAD_BYTES, bytes;
-    uint32_t sections = 0, flags, i;
+    uint64_t at = SPRINGLS__HEAD_BYTES, bytes = 0;
+    uint32_t sections = 0, flags = 0, i;
     const char *fault = size < SPRINGLS__HEAD_BYTES ? "too short" : springls__head_fault(springls__tiling_magic, block, size, &sections);
     int count = 0;
     if (fault) return springls__block_fails(tiling, strcmp(fault, "no snapshot") == 0 ? "no snapshot of a tiling" : fault);
