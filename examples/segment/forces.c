@@ -31,7 +31,7 @@ bool segment_forces_enter(struct segment *run, float side)
     segment_forces_free(run);
     run->blurred = malloc(run->voxels * sizeof *run->blurred);
     if (!run->blurred || !volume_create_padded(&run->image, margin, &run->pressure)
-        || !volume_create_padded(&run->image, margin, &run->push)) {
+        || (set->region > 0.0 && !volume_create_padded(&run->image, margin, &run->push))) {
         return segment_no_memory();
     }
     memcpy(run->blurred, run->image.data, run->voxels * sizeof *run->blurred);
@@ -95,7 +95,11 @@ static void limit_flow(struct segment *run)
 bool segment_forces_update(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
-    struct segment_push push = {.pressure = run->pressure.data, .image = run->blurred, .away = run->away,
+    if (!run->push.data) { /* no means will change it: in place */
+        run->push = run->pressure;
+        memset(&run->pressure, 0, sizeof run->pressure);
+    }
+    struct segment_push push = {.pressure = run->pressure.data ? run->pressure.data : run->push.data, .image = run->blurred, .away = run->away,
                                 .pressure_weight = (float)set->pressure, .region_weight = (float)set->region,
                                 .edge_weight = (float)set->edge, .ramp = run->result->ramp, .stay = (float)set->stay,
                                 .size = run->grid.spacing[0]};

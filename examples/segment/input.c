@@ -96,7 +96,8 @@ bool segment_read(struct segment *run)
     if (!read_image(run) || !read_reference(run)) {
         return false;
     }
-    if (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth))) {
+    if (set->object_count > 1
+        && (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth)))) {
         return segment_no_memory();
     }
     segment_choose_side(run);

@@ -155,7 +155,7 @@ static bool write_labels(const struct segment *run)
         return segment_no_memory();
     }
     for (size_t n = 0; n < run->voxels; ++n) {
-        const int object = (int)run->labels.data[n];
+        const int object = run->depth ? (int)run->labels.data[n] : run->inside[n];
         labels[n] = object > 0 ? run->settings.objects[object - 1].written : 0;
     }
     const char *const extensions[] = {".nii.gz", run->image.extension};

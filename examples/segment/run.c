@@ -188,13 +188,15 @@ bool segment_run(struct segment *run)
         return false;
     }
     segment_forces_free(run);
-    return segment_map_back(run);
+    const bool mapped = segment_map_back(run);
+    volume_free(&run->grid);
+    return mapped;
 }
 
 /* Adds the result to the labels; a voxel in two contours belongs to the one in which it is deeper. */
 void segment_keep(struct segment *run)
 {
-    for (size_t n = 0; n < run->voxels; ++n) {
+    for (size_t n = 0; run->depth && n < run->voxels; ++n) {
         if (run->distance[n] < run->depth[n]) {
             run->depth[n] = run->distance[n];
             run->labels.data[n] = (float)(run->result - run->results + 1);

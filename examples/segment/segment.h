@@ -81,7 +81,8 @@ struct segment {
     size_t voxels;           /* of the image */
     float side;              /* of the finest grid's voxels, mm */
     struct segment_result results[SEGMENT_MAX_OBJECTS];
-    struct volume labels;    /* of all objects; data: the object's number from 1, and in another map how deep inside the voxel is */
+    /* Of several objects: the object's number from 1, and in another map how deep inside the voxel is. One has `inside`. */
+    struct volume labels;
     float *depth;
     /* The present object: */
     struct segment_result *result;
@@ -89,7 +90,7 @@ struct segment {
     bool refitted;           /* made again without islands: correspondences are not on the start any more */
     springls_backend *backend; /* of ctx, for all objects */
     struct volume start;     /* the starting surface, as a distance in mm; empty if not needed */
-    struct volume pressure;  /* of the window alone, on the image's grid with a margin */
+    struct volume pressure;  /* of the window alone, on the image's grid with a margin; becomes `push` where that is made once */
     float *blurred;             /* the image, blurred to the present grid */
     float *away;             /* distance from the start at the pressure's voxels, mm; NULL: not needed */
     struct volume push;      /* sum of the pressure and all other forces along the normal, on the same voxels */

@@ -2,6 +2,7 @@
 
 #include "base/scalar.h"
 #include "base/threads.h"
+#include "imaging/parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -340,86 +341,59 @@ size_t segment_mask(const struct volume *labels, const uint32_t *wanted, int cou
 
 /* ---- connected components ---- */
 
-/* Assigns the number `component` to all voxels connected with `first` on its side of zero; returns how many. */
-static int flood(const int dims[3], const float *phi, int first, int component, int *components, int *queue)
+static void reverse(float *phi, const struct parts_run *run)
 {
-    const int strides[3] = {1, dims[0], dims[0] * dims[1]};
-    int count = 1;
-    queue[0] = first;
-    components[first] = component;
-    for (int done = 0; done < count; ++done) {
-        const int at = queue[done];
-        for (int a = 0; a < 3; ++a) {
-            const int place = at / strides[a] % dims[a];
-            for (int d = -1; d <= 1; d += 2) {
-                const int next = at + d * strides[a];
-                if (place + d >= 0 && place + d < dims[a] && components[next] == 0 && (phi[next] < 0.0f) == (phi[first] < 0.0f)) {
-                    components[next] = component;
-                    queue[count++] = next;
-                }
-            }
+    for (int n = run->first; n < run->first + run->count; ++n) {
+        phi[n] = -phi[n];
+    }
+}
+
+static void reverse_all_but(float *phi, const struct parts *parts, int root)
+{
+    for (int r = 0; r < parts->count; ++r) {
+        if (parts->runs[r].root != root) {
+            reverse(phi, &parts->runs[r]);
         }
     }
-    return count;
 }
 
 bool segment_keep_largest(const int dims[3], float *phi)
 {
-    const int total = dims[0] * dims[1] * dims[2];
-    int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
-    int component = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* index 0: above zero, 1: below */
-    for (int n = 0; components && queue && n < total; ++n) {
-        if (components[n] == 0) {
-            const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++component, components, queue);
-            largest[below] = count > size[below] ? component : largest[below];
-            size[below] = count > size[below] ? count : size[below];
-        }
+    struct parts below, above;
+    memset(&above, 0, sizeof above);
+    const bool good = parts_find(dims, phi, true, &below) && parts_find(dims, phi, false, &above);
+    if (good) { /* both are known before either changes */
+        reverse_all_but(phi, &below, parts_largest(&below));
+        reverse_all_but(phi, &above, parts_largest(&above));
     }
-    for (int n = 0; components && queue && n < total; ++n) {
-        phi[n] = components[n] == largest[0] || components[n] == largest[1] ? phi[n] : -phi[n];
-    }
-    const bool good = components && queue;
-    free(components);
-    free(queue);
+    parts_free(&below);
+    parts_free(&above);
     return good;
 }
 
-bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *parts)
+bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *left)
 {
-    const int total = dims[0] * dims[1] * dims[2];
-    int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
-    const bool good = components && queue;
-    int component = 0, best = 0;
-    size_t most = 0;
-    memset(parts, 0, sizeof *parts);
-    for (int n = 0; good && n < total; ++n) {
-        if (phi[n] < 0.0f && components[n] == 0) {
-            const size_t count = (size_t)flood(dims, phi, n, ++component, components, queue);
-            best = count > most ? component : best;
-            most = count > most ? count : most;
-            parts->kept++;
-            parts->voxels += count;
-            if (count < least) { /* floods do not mix parts: what is above zero now is not visited again */
-                for (size_t i = 0; i < count; ++i) {
-                    phi[queue[i]] = -phi[queue[i]];
-                }
-                parts->kept--;
-                parts->removed++;
-                parts->voxels -= count;
-            }
+    struct parts parts;
+    memset(left, 0, sizeof *left);
+    if (!parts_find(dims, phi, true, &parts)) {
+        return false;
+    }
+    const int best = parts_largest(&parts);
+    for (int r = 0; r < parts.count; ++r) {
+        const int root = parts.runs[r].root;
+        const size_t voxels = (size_t)parts.runs[root].voxels;
+        const bool keep = voxels >= least && (!largest || root == best);
+        if (!keep) {
+            reverse(phi, &parts.runs[r]);
+        }
+        if (r == root) {
+            left->kept += keep;
+            left->removed += !keep;
+            left->voxels += keep ? voxels : 0;
         }
     }
-    if (good && largest && parts->kept > 1) {
-        for (int n = 0; n < total; ++n) {
-            phi[n] = phi[n] < 0.0f && components[n] != best ? -phi[n] : phi[n];
-        }
-        parts->removed += parts->kept - 1;
-        parts->kept = 1;
-        parts->voxels = most;
-    }
-    free(components);
-    free(queue);
-    return good;
+    parts_free(&parts);
+    return true;
 }
 
 /* Returns true if the flag is set at a voxel or one of its face neighbors. */
@@ -443,22 +417,36 @@ static bool is_on_edge(const int dims[3], const int place[3])
     return faces >= 2;
 }
 
-/* Sets `reached` at the places that the ball's center can reach from the edge of the box without entering shut < 0. */
-static size_t flood_ball_centers(const int dims[3], const float *shut, int *components, int *queue, uint8_t *reached)
+/* Returns true if a voxel of the run lies on an edge of the box; if any does, so does an end. */
+static bool run_on_edge(const int dims[3], const struct parts_run *run)
 {
-    const size_t total = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
-    size_t count = 0;
-    int place[3];
-    for (size_t n = 0; n < total; ++n) {
-        volume_place(dims, n, place);
-        if (components[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
-            count += (size_t)flood(dims, shut, (int)n, 1, components, queue);
+    int first[3], last[3];
+    volume_place(dims, (size_t)run->first, first);
+    volume_place(dims, (size_t)(run->first + run->count - 1), last);
+    return is_on_edge(dims, first) || is_on_edge(dims, last);
+}
+
+/* Sets `reached` at the places that the ball's center can reach from the edge of the box without entering shut < 0; *any: there are some.
+ * Returns false if memory is short. */
+static bool flood_ball_centers(const int dims[3], const float *shut, uint8_t *reached, bool *any)
+{
+    struct parts parts;
+    bool *outside = NULL;
+    const bool good = parts_find(dims, shut, false, &parts) && (outside = calloc((size_t)parts.count + 1, sizeof *outside)) != NULL;
+    *any = false;
+    for (int r = 0; good && r < parts.count; ++r) {
+        outside[parts.runs[r].root] |= run_on_edge(dims, &parts.runs[r]);
+    }
+    memset(reached, 0, (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2]);
+    for (int r = 0; good && r < parts.count; ++r) {
+        if (outside[parts.runs[r].root]) {
+            memset(reached + parts.runs[r].first, 1, (size_t)parts.runs[r].count);
+            *any = true;
         }
     }
-    for (size_t n = 0; n < total; ++n) {
-        reached[n] = components[n] != 0;
-    }
-    return count;
+    free(outside);
+    parts_free(&parts);
+    return good;
 }
 
 bool segment_pressure_solid(const struct volume *image, float size, const struct volume *padded)
@@ -467,8 +455,8 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
     const size_t total = volume_voxels(image);
     uint8_t *object = malloc(total), *reached = malloc(total);
     float *shut = malloc(total * sizeof *shut);
-    int *components = calloc(total, sizeof *components), *queue = malloc(total * sizeof *queue), place[3];
-    const bool good = object && reached && shut && components && queue;
+    bool good = object && reached && shut, any = false;
+    int place[3];
     for (size_t n = 0; good && n < total; ++n) {
         volume_place(dims, n, place);
         const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
@@ -478,20 +466,17 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
         volume_place(dims, n, place);
         shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
     }
-    if (good && flood_ball_centers(dims, shut, components, queue, reached) > 0) { /* otherwise the image has no outside */
-        for (size_t n = 0; n < total; ++n) {
-            volume_place(dims, n, place);
-            if (!object[n] && !is_set_around(dims, reached, place)) {
-                const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
-                padded->data[voxel_index(padded->dims, there)] = fminf(1.0f, -box_distance(image, place) / size);
-            }
+    good = good && flood_ball_centers(dims, shut, reached, &any);
+    for (size_t n = 0; good && any && n < total; ++n) { /* otherwise the image has no outside */
+        volume_place(dims, n, place);
+        if (!object[n] && !is_set_around(dims, reached, place)) {
+            const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
+            padded->data[voxel_index(padded->dims, there)] = fminf(1.0f, -box_distance(image, place) / size);
         }
     }
     free(object);
     free(reached);
     free(shut);
-    free(components);
-    free(queue);
     return good;
 }
 

@@ -59,7 +59,7 @@ struct segment_parts {
 
 /* Removes the parts of fewer than `least` voxels, and with `largest` all but the largest part: reverses the sign of their
  * voxels. Returns false if memory is short. */
-bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *parts);
+bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *left);
 
 /* Extends a distance in mm that is right where it is less than `known` to all voxels, to first order (|grad| = 1 by fast
  * sweeping, Zhao 2005). */
