@@ -16,13 +16,9 @@ enum { MARGIN = 3 };
 /* Speed, as a part of the speed at full pressure, above which a springl still moves. */
 static const float rest_speed = 0.05f;
 
-bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
+/* Puts an empty model on the present grid in the place of the one before. */
+static bool empty_model(struct segment *run)
 {
-    *coarse = run->grid;
-    memset(&run->grid, 0, sizeof run->grid);
-    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)) {
-        return segment_no_memory();
-    }
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(run->grid.dims, run->grid.spacing, run->grid.origin, run->grid.direction[0]);
@@ -30,7 +26,34 @@ bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
     desc.backend = run->backend;
     springls_destroy(run->ctx);
     run->ctx = NULL;
-    return segment_forces_enter(run, side) && run_create("segment", &desc, &run->ctx) == CLI_CONTINUE;
+    return run_create("segment", &desc, &run->ctx) == CLI_CONTINUE;
+}
+
+bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
+{
+    *coarse = run->grid;
+    memset(&run->grid, 0, sizeof run->grid);
+    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)) {
+        return segment_no_memory();
+    }
+    return segment_forces_enter(run, side) && empty_model(run);
+}
+
+/* While the contour moves, only a region force looks at the grid. */
+static void leave_grid(struct segment *run)
+{
+    if (run->settings.region <= 0.0) {
+        free(run->grid.data);
+        run->grid.data = NULL;
+    }
+}
+
+static bool copy_to_grid(struct segment *run)
+{
+    if (!run->grid.data && !(run->grid.data = malloc(volume_voxels(&run->grid) * sizeof *run->grid.data))) {
+        return segment_no_memory();
+    }
+    return segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
 }
 
 static bool take_frame(struct segment *run)
@@ -73,8 +96,7 @@ float segment_still(const struct segment *run)
 /* Copies the level set to the grid on which the regions' means are taken. */
 static bool region_follows(struct segment *run)
 {
-    return run->settings.region <= 0.0
-        || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+    return run->settings.region <= 0.0 || copy_to_grid(run);
 }
 
 /* Returns true if the contour is at rest, by the share of moving springls and by the volume. */
@@ -139,6 +161,7 @@ static bool run_to_rest(struct segment *run, int level, struct progress *bar)
         progress_update(bar, progress_of(run, level, s), note);
     }
     segment_watch_free(&watch);
+    segment_forces_free(run);
     if (fine && (set->common.json || set->common.out) && !coverage_add(run->ctx, &result->coverage)) {
         return segment_no_memory();
     }
@@ -164,8 +187,8 @@ static bool evolve(struct segment *run)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid")
                         : segment_start(run) && segment_look_at_start(run));
         volume_free(&coarse);
-        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, level, &bar)
-            && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+        leave_grid(run);
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, level, &bar) && copy_to_grid(run);
         started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts again */
         fine = fine && (!started || level > 0 || segment_remove_islands(run));
         fine = fine && (!started || take_frame(run));
@@ -184,10 +207,9 @@ static bool evolve(struct segment *run)
 
 bool segment_run(struct segment *run)
 {
-    if (!evolve(run)) {
+    if (!evolve(run) || !empty_model(run)) { /* what follows needs the model's surface, but not its memory */
         return false;
     }
-    segment_forces_free(run);
     const bool mapped = segment_map_back(run);
     volume_free(&run->grid);
     return mapped;

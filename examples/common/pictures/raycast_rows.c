@@ -11,6 +11,10 @@ struct projection {
     bool whole; /* reaches behind the eye: may be anywhere */
 };
 
+/* Comparisons are inlined, which fmin and fmax are not; of b that is no number, a. */
+static double least(double a, double b) { return b < a ? b : a; }
+static double most(double a, double b) { return b > a ? b : a; }
+
 static int band_rows(const struct raycast_rows *rows) { return RAYCAST_BAND * rows->samples; }
 
 int raycast_band_count(const struct raycast_rows *rows) { return (rows->height + RAYCAST_BAND - 1) / RAYCAST_BAND; }
@@ -32,7 +36,7 @@ static bool project(const struct raycast_rows *rows, const float *corners, struc
         behind += depth <= 0.0;
         p->x[k] = 0.5 * width * (1.0 + (double)vec3_dot(d, frame->right) / (scale * (double)frame->half_width));
         p->y[k] = 0.5 * height * (1.0 - (double)vec3_dot(d, frame->up) / (scale * (double)frame->half_height));
-        extent = fmax(extent, fmax(fabs(p->x[k]), fabs(p->y[k])));
+        extent = most(extent, most(fabs(p->x[k]), fabs(p->y[k])));
     }
     p->slack = 0.02 + 4e-6 * extent;
     p->whole = frame->perspective && behind > 0;
@@ -42,14 +46,14 @@ static bool project(const struct raycast_rows *rows, const float *corners, struc
 /* Finds the rows or columns whose middle lies in lo..hi; none: last < first. */
 static void middles(double lo, double hi, int count, int *first, int *last)
 {
-    *first = (int)ceil(fmin(fmax(lo - 0.5, 0.0), count));
-    *last = (int)floor(fmax(fmin(hi - 0.5, count - 1.0), -1.0));
+    *first = (int)ceil(least(count, most(0.0, lo - 0.5)));
+    *last = (int)floor(most(-1.0, least(count - 1.0, hi - 0.5)));
 }
 
 static void rows_of(const struct raycast_rows *rows, const struct projection *p, int *first, int *last)
 {
-    const double lo = p->whole ? -INFINITY : fmin(p->y[0], fmin(p->y[1], p->y[2])) - p->slack;
-    const double hi = p->whole ? INFINITY : fmax(p->y[0], fmax(p->y[1], p->y[2])) + p->slack;
+    const double lo = p->whole ? -INFINITY : least(p->y[0], least(p->y[1], p->y[2])) - p->slack;
+    const double hi = p->whole ? INFINITY : most(p->y[0], most(p->y[1], p->y[2])) + p->slack;
     middles(lo, hi, rows->height * rows->samples, first, last);
 }
 
@@ -61,13 +65,13 @@ static void columns_of(const struct raycast_rows *rows, const struct projection 
     for (int k = 0; k < 3 && !p->whole; ++k) {
         const int m = (k + 1) % 3;
         const double rise = p->y[m] - p->y[k], run = p->x[m] - p->x[k];
-        if (fmax(p->y[k], p->y[m]) < above || fmin(p->y[k], p->y[m]) > below) {
+        if (most(p->y[k], p->y[m]) < above || least(p->y[k], p->y[m]) > below) {
             continue;
         }
         for (int end = 0; end < 2; ++end) {
-            const double at = rise != 0.0 ? fmax(0.0, fmin(1.0, ((end ? below : above) - p->y[k]) / rise)) : end;
-            lo = fmin(lo, p->x[k] + at * run);
-            hi = fmax(hi, p->x[k] + at * run);
+            const double at = rise != 0.0 ? most(0.0, least(1.0, ((end ? below : above) - p->y[k]) / rise)) : end;
+            lo = least(lo, p->x[k] + at * run);
+            hi = most(hi, p->x[k] + at * run);
         }
     }
     middles(lo - p->slack, hi + p->slack, rows->width * rows->samples, first, last);
