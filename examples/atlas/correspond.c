@@ -228,32 +228,59 @@ static float *copy_corners(const springls_context *ctx)
     return corners;
 }
 
+/* Returns for each corner the first one at the same vertex of the template, or itself; NULL if memory is short. count: all corners, of
+ * which those of the mesh are the first. */
+static int *first_corners(const struct shape_mesh *mesh, int count)
+{
+    int *firsts = malloc(((size_t)count + 1) * sizeof *firsts), *of_vertex = malloc(((size_t)mesh->vertex_count + 1) * sizeof *of_vertex);
+    for (int v = 0; of_vertex && v < mesh->vertex_count; ++v) {
+        of_vertex[v] = -1;
+    }
+    for (int c = 0; firsts && of_vertex && c < count; ++c) {
+        int *first = c < 3 * mesh->triangle_count ? &of_vertex[mesh->triangles[c]] : NULL;
+        if (first && *first < 0) {
+            *first = c;
+        }
+        firsts[c] = first ? *first : c;
+    }
+    free(of_vertex);
+    if (!firsts || !of_vertex) {
+        free(firsts);
+        return NULL;
+    }
+    return firsts;
+}
+
 struct put_loop {
     springls_context *ctx;
     const struct warp *warp;
     const float *corners;
+    const int *firsts;
     float *moved;
 };
 
 static void run_put_loop(void *arg, int begin, int end)
 {
     const struct put_loop *loop = arg;
-    springls_context *ctx = loop->ctx;
-    const struct warp *warp = loop->warp;
-    const float *corners = loop->corners;
-    float *moved = loop->moved;
     for (int c = begin; c < end; ++c) {
-        warp_apply(warp, corners + 3 * (size_t)c, moved + 3 * (size_t)c, NULL);
-        springls_to_voxel(ctx, moved + 3 * (size_t)c, 1, moved + 3 * (size_t)c);
+        if (loop->firsts[c] == c) {
+            float *moved = loop->moved + 3 * (size_t)c;
+            warp_apply(loop->warp, loop->corners + 3 * (size_t)c, moved, NULL);
+            springls_to_voxel(loop->ctx, moved, 1, moved);
+        }
     }
 }
 
-/* Puts every springl where the displacement takes it from its corners on the template. moved: room for as many. */
-static bool put_springls(springls_context *ctx, const struct warp *warp, const float *corners, float *moved)
+/* Puts every springl where the displacement takes it from its corners on the template. firsts: by first_corners, because the displacement
+ * takes long. moved: room for as many. */
+static bool put_springls(springls_context *ctx, const struct warp *warp, const float *corners, const int *firsts, float *moved)
 {
     const int count = springls_count(ctx);
-    struct put_loop loop = {ctx, warp, corners, moved};
+    struct put_loop loop = {ctx, warp, corners, firsts, moved};
     threads_for(3 * count, 64, run_put_loop, &loop);
+    for (int c = 0; c < 3 * count; ++c) {
+        memcpy(moved + 3 * (size_t)c, moved + 3 * (size_t)firsts[c], 3 * sizeof *moved);
+    }
     return atlas_check(ctx, springls_write(ctx, 0, count, moved, NULL), "displacement");
 }
 
@@ -262,16 +289,18 @@ static bool move_like_a_mesh(struct atlas_template *template, struct motion *mot
     const size_t count = 3 * (size_t)template->center_count;
     float *now = malloc(2 * count * sizeof *now), *corners = copy_corners(template->ctx);
     float *moved = malloc(9 * (size_t)springls_count(template->ctx) * sizeof *moved);
-    bool good = (now && corners && moved) || atlas_no_memory();
+    int *firsts = first_corners(&template->mesh, 3 * springls_count(template->ctx));
+    bool good = (now && corners && moved && firsts) || atlas_no_memory();
     for (int s = 0; good && s < motion->steps; ++s) {
         look_at_centers(template, now, now + count);
         good = (warp_fit(&motion->warp, motion->target, motion->pose, now, now + count, motion->landmarks)
                 || atlas_fail("the displacement's equations cannot be solved"))
-            && put_springls(template->ctx, &motion->warp, corners, moved);
+            && put_springls(template->ctx, &motion->warp, corners, firsts, moved);
     }
     free(now);
     free(corners);
     free(moved);
+    free(firsts);
     return good;
 }
 
