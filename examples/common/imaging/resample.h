@@ -5,8 +5,6 @@
 #include "base/scalar.h"
 #include "imaging/volume.h"
 
-#include <string.h>
-
 /* Returns the place that a map, the rows of a 3x4 matrix, takes a voxel to. */
 static inline void resample_place(const float map[3][4], int i, int j, int k, float x[3])
 {
@@ -32,56 +30,23 @@ static inline size_t resample_corner(float x, int n, float *t, size_t *step)
     return low;
 }
 
-/* A cell of voxels around a place: where its first value lies, the offsets to the neighbours (0 at the end), and the place in it. */
-struct resample_cell {
-    size_t first, step[3];
+/* Interpolates `channels` floats a voxel trilinearly at a place in voxels; beyond the outermost voxels values are constant. With a
+ * constant number of channels the loop over them unrolls. */
+static inline void resample_channels(const int dims[3], size_t channels, const float *values, const float x[3], float *out)
+{
     float t[3];
-};
-
-static inline struct resample_cell resample_cell_at(const int dims[3], size_t channels, const float x[3])
-{
-    struct resample_cell cell = {.first = 0};
-    size_t stride = channels;
+    size_t step[3], low[3];
     for (int a = 0; a < 3; ++a) {
-        cell.first += resample_corner(x[a], dims[a], &cell.t[a], &cell.step[a]) * stride;
-        cell.step[a] *= stride;
-        stride *= (size_t)dims[a];
+        low[a] = resample_corner(x[a], dims[a], &t[a], &step[a]);
     }
-    return cell;
-}
-
-/* Interpolates the first `lanes` values of a cell trilinearly. With a constant number of lanes the loop over them unrolls. */
-static inline void resample_lanes(const struct resample_cell *cell, size_t lanes, const float *values, float *out)
-{
-    const float *at = values + cell->first, *t = cell->t;
-    const size_t dx = cell->step[0], dy = cell->step[1], dz = cell->step[2];
-    for (size_t c = 0; c < lanes; ++c, ++at) {
+    const size_t row = (size_t)dims[0] * channels, slice = row * (size_t)dims[1];
+    const float *at = values + low[0] * channels + low[1] * row + low[2] * slice;
+    const size_t dx = step[0] * channels, dy = step[1] * row, dz = step[2] * slice;
+    for (size_t c = 0; c < channels; ++c, ++at) {
         const float a = at[0] + t[0] * (at[dx] - at[0]), b = at[dy] + t[0] * (at[dy + dx] - at[dy]);
         const float d = at[dz] + t[0] * (at[dz + dx] - at[dz]), e = at[dz + dy] + t[0] * (at[dz + dy + dx] - at[dz + dy]);
         const float front = a + t[1] * (b - a), back = d + t[1] * (e - d);
         out[c] = front + t[2] * (back - front);
-    }
-}
-
-/* Interpolates `channels` floats a voxel trilinearly at a place in voxels; beyond the outermost voxels values are constant. */
-static inline void resample_channels(const int dims[3], size_t channels, const float *values, const float x[3], float *out)
-{
-    const struct resample_cell cell = resample_cell_at(dims, channels, x);
-    resample_lanes(&cell, channels, values, out);
-}
-
-/* The same for three channels. Four lanes are one vector of the processor and faster than three; the fourth is not used, and is read only
- * where the array goes on. */
-static inline void resample_three(const int dims[3], const float *values, const float x[3], float out[3])
-{
-    const struct resample_cell cell = resample_cell_at(dims, 3, x);
-    const size_t last = cell.first + cell.step[0] + cell.step[1] + cell.step[2];
-    if (last + 4 > 3 * (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2]) {
-        resample_lanes(&cell, 3, values, out);
-    } else {
-        float lanes[4];
-        resample_lanes(&cell, 4, values, lanes);
-        memcpy(out, lanes, 3 * sizeof *out);
     }
 }
 

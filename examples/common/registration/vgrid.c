@@ -12,7 +12,7 @@
 void vgrid_sample(const int dims[3], int channels, const float *values, const float x[3], float *out)
 {
     if (channels == 3) {
-        resample_three(dims, values, x, out);
+        resample_channels(dims, 3, values, x, out);
     } else {
         resample_channels(dims, 1, values, x, out);
     }
@@ -233,7 +233,7 @@ static void run_blend_loop(void *arg, int begin, int end)
             for (int i = 0; i < dims[0]; ++i, ++n) {
                 float x[3], there[3];
                 target(first + 3 * n, s, i, j, k, x);
-                resample_three(dims, after, x, there);
+                resample_channels(dims, 3, after, x, there);
                 for (size_t c = 0; c < 3; ++c) {
                     out[3 * n + c] = a * first[3 * n + c] + b * there[c];
                 }
