@@ -4,6 +4,7 @@
 #include "atlas/atlas.h"
 
 #include "base/threads.h"
+#include "base/vec3.h"
 #include "imaging/resample.h"
 #include "imaging/segment_image.h"
 
@@ -165,17 +166,37 @@ static bool cut_part(const struct volume *image, const float *shape, int vertice
     return true;
 }
 
-/* Finds the place of all templates. best: the template that fits best there. */
-static bool find_templates(const struct atlas_segment *run, const struct volume *coarse, double *highest, int *best, float shift[3])
+/* The middle of a template's object, and its longest side. */
+static void middle_of(const struct fusion_template *template, float middle[3], float *longest)
+{
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < 3 * template->vertices; ++i) {
+        lo[i % 3] = fminf(lo[i % 3], template->places[i]);
+        hi[i % 3] = fmaxf(hi[i % 3], template->places[i]);
+    }
+    *longest = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = 0.5f * (lo[a] + hi[a]);
+        *longest = fmaxf(*longest, hi[a] - lo[a]);
+    }
+}
+
+/* Finds the place of all templates. best: the template that fits best there; middles: of each one's object there. */
+static bool find_templates(const struct atlas_segment *run, const struct volume *coarse, double *highest, int *best, float shift[3],
+                           float *middles)
 {
     bool good = true;
     *highest = -2.0;
     for (int t = 0; good && t < run->atlas.template_count; ++t) {
         struct volume template = {.data = NULL};
         double correlation = 0.0;
-        float there[3];
+        float there[3], longest;
         good = make_coarse(&run->atlas.templates[t].image, coarse->spacing[0], &template)
             && find_template(coarse, &template, &correlation, there);
+        middle_of(&run->atlas.templates[t], middles + 3 * t, &longest);
+        for (int a = 0; good && a < 3; ++a) {
+            middles[3 * t + a] += there[a];
+        }
         if (good && correlation > *highest) {
             *highest = correlation;
             *best = t;
@@ -186,22 +207,45 @@ static bool find_templates(const struct atlas_segment *run, const struct volume 
     return good;
 }
 
+/* Returns true if more than half of the other templates find the object where the best one does, within half its longest side: in other
+ * contrasts and other parts of the body each finds a place of its own. */
+static bool find_one_place(const struct atlas_segment *run, int best, const float *middles)
+{
+    int close = 0;
+    float middle[3], longest;
+    middle_of(&run->atlas.templates[best], middle, &longest);
+    for (int t = 0; t < run->atlas.template_count; ++t) {
+        float away[3];
+        vec3_sub(middles + 3 * t, middles + 3 * best, away);
+        close += t != best && vec3_length(away) <= 0.5f * longest;
+    }
+    return run->atlas.template_count < 2 || 2 * close > run->atlas.template_count - 1;
+}
+
 bool atlas_find(struct atlas_segment *run)
 {
     const struct fusion_template *templates = run->atlas.templates;
     const float side = cbrtf((float)box_volume(&templates[0].image) / cells);
     struct volume coarse = {.data = NULL};
     float shift[3] = {0.0f, 0.0f, 0.0f};
-    double highest;
+    double highest = -2.0;
     int best = 0;
-    bool good = make_coarse(&run->image, side, &coarse) && find_templates(run, &coarse, &highest, &best, shift);
+    float *middles = malloc(3 * (size_t)run->atlas.template_count * sizeof *middles);
+    const bool good = (middles || atlas_no_memory()) && make_coarse(&run->image, side, &coarse)
+                   && find_templates(run, &coarse, &highest, &best, shift, middles);
+    const bool one_place = good && find_one_place(run, best, middles);
     volume_free(&coarse);
+    free(middles);
     if (!good) {
         return false;
     }
     if (highest < found_from) {
         return atlas_fail("%.200s: the atlas's object is not found: the correlation with the subjects' images is %.2f at the best "
                           "place, %.2f is wanted. Cut out the part around the object", run->settings.image, highest, found_from);
+    }
+    if (!one_place) {
+        return atlas_fail("%.200s: the atlas's object is not found: the subjects' images fit best at different places. Another contrast, or "
+                          "another part of the body? Else cut out the part around the object", run->settings.image);
     }
     const size_t length = 3 * (size_t)templates[best].vertices;
     run->confidence.searched = true;
