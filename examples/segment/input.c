@@ -148,7 +148,8 @@ static bool start_from_threshold(struct segment *run)
     for (size_t n = 0; n < volume_voxels(&phi); ++n) {
         phi.data[n] = -run->pressure.data[n];
     }
-    const bool started = segment_start_from(run, &phi, "--init threshold");
+    const bool started = (!run->settings.clear_edges || segment_clear_edges(&run->image, &phi) || segment_no_memory())
+                      && segment_start_from(run, &phi, "--init threshold");
     free(phi.data);
     return started;
 }

@@ -45,7 +45,7 @@ struct segment_settings {
     int seed_count, outside_count;
     double min_volume;                          /* mm^3 of a part that stays; NaN: more than a voxel */
     int frame, steps, levels, gvf_halvings;
-    bool dark, solid, largest, keep_largest, keep_topology, mirror, cut, compare_level_set, no_pictures;
+    bool dark, solid, largest, clear_edges, keep_largest, keep_topology, mirror, cut, compare_level_set, no_pictures;
     bool refines_by_region; /* of cut: nothing else says which intensities are the object's */
 };
 

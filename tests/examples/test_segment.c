@@ -313,6 +313,24 @@ TEST small_parts_go_and_what_is_left_is_counted(void)
     PASS();
 }
 
+TEST parts_on_edges_of_the_box_go(void)
+{
+    const int dims[3] = {24, 24, 24};
+    const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    struct volume image, phi;
+    ASSERT(volume_create(dims, spacing, origin, &image) && volume_create_padded(&image, 2, &phi));
+    for (size_t n = 0; n < volume_voxels(&phi); ++n) phi.data[n] = 2.0f;
+    add_box(phi.data, phi.dims, 2, 5, -1.0f);   /* from a corner of the image */
+    add_box(phi.data, phi.dims, 10, 14, -1.0f); /* inside */
+    phi.data[2 + 28 * (12 + 28 * 20)] = -1.0f;  /* on a face, not on an edge, as a windpipe that the image cuts */
+    ASSERT(segment_clear_edges(&image, &phi));
+    ASSERT(phi.data[4 + 28 * (4 + 28 * 4)] == 1.0f && phi.data[2 + 28 * (2 + 28 * 2)] == 1.0f);
+    ASSERT(phi.data[12 + 28 * (12 + 28 * 12)] == -1.0f && phi.data[2 + 28 * (12 + 28 * 20)] == -1.0f);
+    volume_free(&image);
+    volume_free(&phi);
+    PASS();
+}
+
 /* Of a plane the scheme is exact. Of a sphere it is of first order: along a diagonal it errs by a part of the largest
  * spacing that grows with the logarithm of the distance; what was known stays to the last bit. */
 TEST distances_go_on_beyond_the_known(void)
@@ -521,6 +539,7 @@ int main(int argc, char **argv)
     RUN_TEST(masks_take_the_labels_asked_for);
     RUN_TEST(largest_part_stays_and_is_filled);
     RUN_TEST(small_parts_go_and_what_is_left_is_counted);
+    RUN_TEST(parts_on_edges_of_the_box_go);
     RUN_TEST(distances_go_on_beyond_the_known);
     RUN_TEST(what_a_wall_shuts_in_is_inside);
     RUN_TEST(watch_sees_motion_along_the_normal);

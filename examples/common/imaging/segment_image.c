@@ -417,13 +417,44 @@ static bool is_on_edge(const int dims[3], const int place[3])
     return faces >= 2;
 }
 
-/* Returns true if a voxel of the run lies on an edge of the box; if any does, so does an end. */
-static bool run_on_edge(const int dims[3], const struct parts_run *run)
+/* Returns true if a voxel of the run, on a grid with a margin around the box, lies on an edge of the box; if any does, so does an end. */
+static bool run_on_edge(const int dims[3], int margin, const struct parts_run *run)
 {
+    const int padded[3] = {dims[0] + 2 * margin, dims[1] + 2 * margin, dims[2] + 2 * margin};
     int first[3], last[3];
-    volume_place(dims, (size_t)run->first, first);
-    volume_place(dims, (size_t)(run->first + run->count - 1), last);
+    volume_place(padded, (size_t)run->first, first);
+    volume_place(padded, (size_t)(run->first + run->count - 1), last);
+    for (int a = 0; a < 3; ++a) {
+        first[a] -= margin;
+        last[a] -= margin;
+    }
     return is_on_edge(dims, first) || is_on_edge(dims, last);
+}
+
+/* Returns for the root of each part whether the part reaches an edge of the box, to be freed; NULL if memory is short. */
+static bool *parts_on_edges(const int dims[3], int margin, const struct parts *parts)
+{
+    bool *reach = calloc((size_t)parts->count + 1, sizeof *reach);
+    for (int r = 0; reach && r < parts->count; ++r) {
+        reach[parts->runs[r].root] |= run_on_edge(dims, margin, &parts->runs[r]);
+    }
+    return reach;
+}
+
+bool segment_clear_edges(const struct volume *image, const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+    struct parts parts;
+    bool *reach = parts_find(padded->dims, padded->data, true, &parts) ? parts_on_edges(image->dims, margin, &parts) : NULL;
+    for (int r = 0; reach && r < parts.count; ++r) {
+        if (reach[parts.runs[r].root]) {
+            reverse(padded->data, &parts.runs[r]);
+        }
+    }
+    const bool good = reach != NULL;
+    free(reach);
+    parts_free(&parts);
+    return good;
 }
 
 /* Sets `reached` at the places that the ball's center can reach from the edge of the box without entering shut < 0; *any: there are some.
@@ -431,19 +462,16 @@ static bool run_on_edge(const int dims[3], const struct parts_run *run)
 static bool flood_ball_centers(const int dims[3], const float *shut, uint8_t *reached, bool *any)
 {
     struct parts parts;
-    bool *outside = NULL;
-    const bool good = parts_find(dims, shut, false, &parts) && (outside = calloc((size_t)parts.count + 1, sizeof *outside)) != NULL;
+    bool *outside = parts_find(dims, shut, false, &parts) ? parts_on_edges(dims, 0, &parts) : NULL;
     *any = false;
-    for (int r = 0; good && r < parts.count; ++r) {
-        outside[parts.runs[r].root] |= run_on_edge(dims, &parts.runs[r]);
-    }
     memset(reached, 0, (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2]);
-    for (int r = 0; good && r < parts.count; ++r) {
+    for (int r = 0; outside && r < parts.count; ++r) {
         if (outside[parts.runs[r].root]) {
             memset(reached + parts.runs[r].first, 1, (size_t)parts.runs[r].count);
             *any = true;
         }
     }
+    const bool good = outside != NULL;
     free(outside);
     parts_free(&parts);
     return good;

@@ -51,6 +51,10 @@ size_t segment_mask(const struct volume *labels, const uint32_t *wanted, int cou
  * voxels above zero, are reversed. Returns false if memory is short. */
 bool segment_keep_largest(const int dims[3], float *phi);
 
+/* Reverses the signs of the parts below zero that reach one of the twelve edges of the image's box. padded: on the image's grid with a
+ * margin, where no value is below zero. Returns false if memory is short. */
+bool segment_clear_edges(const struct volume *image, const struct volume *padded);
+
 /* The parts (connected through faces) of the voxels below zero. */
 struct segment_parts {
     int kept, removed;

@@ -6,11 +6,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Springls by the cell of two voxels that their middle lies in; cells 128 voxels apart share a list. */
-enum { CELLS = 64, LISTS = CELLS * CELLS * CELLS };
+/* Springls by the cell of two voxels that their middle lies in; cells `side` cells apart share a list. */
+enum { LEAST_SIDE = 64, MOST_SIDE = 256 };
 
 struct cells {
     springls_view springls;
+    int side; /* a power of two */
     int *first, *next; /* of every list; of every springl. -1: none */
 };
 
@@ -21,19 +22,38 @@ static const float *corners_of(const struct cells *cells, int springl)
 
 static int cell_along(double x) { return (int)floor(0.5 * x); }
 
-static int list_at(int x, int y, int z)
+static int list_at(const struct cells *cells, int x, int y, int z)
 {
-    return ((z & (CELLS - 1)) * CELLS + (y & (CELLS - 1))) * CELLS + (x & (CELLS - 1));
+    const int side = cells->side, mask = side - 1;
+    return ((z & mask) * side + (y & mask)) * side + (x & mask);
+}
+
+/* Returns a side for which few cells share a list: the springls' largest coordinate in cells, in bounds. */
+static int side_for(const struct cells *cells)
+{
+    float largest = 0.0f;
+    int side = LEAST_SIDE;
+    for (int i = 0; i < cells->springls.count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            largest = fmaxf(largest, corners_of(cells, i)[k]);
+        }
+    }
+    while (side < MOST_SIDE && 2.0f * (float)side < largest) {
+        side *= 2;
+    }
+    return side;
 }
 
 static bool sort_into_cells(struct cells *cells)
 {
-    cells->first = malloc(sizeof(int) * LISTS);
+    cells->side = side_for(cells);
+    const int lists = cells->side * cells->side * cells->side;
+    cells->first = malloc(sizeof(int) * (size_t)lists);
     cells->next = malloc(sizeof(int) * ((size_t)cells->springls.count + 1));
     if (!cells->first || !cells->next) {
         return false;
     }
-    for (int list = 0; list < LISTS; ++list) {
+    for (int list = 0; list < lists; ++list) {
         cells->first[list] = -1;
     }
     for (int i = 0; i < cells->springls.count; ++i) {
@@ -42,7 +62,7 @@ static bool sort_into_cells(struct cells *cells)
         for (int k = 0; k < 3; ++k) {
             cell[k] = cell_along(((double)q[k] + (double)q[3 + k] + (double)q[6 + k]) / 3.0);
         }
-        const int list = list_at(cell[0], cell[1], cell[2]);
+        const int list = list_at(cells, cell[0], cell[1], cell[2]);
         cells->next[i] = cells->first[list];
         cells->first[list] = i;
     }
@@ -100,7 +120,7 @@ static int springls_over(const struct cells *cells, const double x[3], const dou
     const int cx = cell_along(x[0]), cy = cell_along(x[1]), cz = cell_along(x[2]);
     int over = 0;
     for (int near = 0; near < 27; ++near) {
-        const int list = list_at(cx + near % 3 - 1, cy + near / 3 % 3 - 1, cz + near / 9 - 1);
+        const int list = list_at(cells, cx + near % 3 - 1, cy + near / 3 % 3 - 1, cz + near / 9 - 1);
         for (int i = cells->first[list]; i >= 0; i = cells->next[i]) {
             over += is_over(corners_of(cells, i), x, facing);
         }
@@ -209,7 +229,7 @@ static bool measure(const struct cells *cells, const springls_mesh *zero_level, 
 
 bool coverage_measure(springls_context *ctx, struct coverage *out)
 {
-    struct cells cells = {{NULL, 0, 0}, NULL, NULL};
+    struct cells cells = {{NULL, 0, 0}, 0, NULL, NULL};
     springls_measures measures;
     springls_mesh zero_level;
     if (springls_measure(ctx, &measures) != SPRINGLS_OK || springls_extract_mesh(ctx, &zero_level) != SPRINGLS_OK) {
