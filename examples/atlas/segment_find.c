@@ -244,8 +244,8 @@ bool atlas_find(struct atlas_segment *run)
                           "place, %.2f is wanted. Cut out the part around the object", run->settings.image, highest, found_from);
     }
     if (!one_place) {
-        return atlas_fail("%.200s: the atlas's object is not found: the subjects' images fit best at different places. Another contrast, or "
-                          "another part of the body? Else cut out the part around the object", run->settings.image);
+        return atlas_fail("%.200s: the atlas's object is not found: the subjects' images fit best at different places. Another contrast, "
+                          "or another part of the body? Else cut out the part around the object", run->settings.image);
     }
     const size_t length = 3 * (size_t)templates[best].vertices;
     run->confidence.searched = true;

@@ -99,7 +99,8 @@ bool segment_forces_update(struct segment *run)
         run->push = run->pressure;
         memset(&run->pressure, 0, sizeof run->pressure);
     }
-    struct segment_push push = {.pressure = run->pressure.data ? run->pressure.data : run->push.data, .image = run->blurred, .away = run->away,
+    const float *pressure = run->pressure.data ? run->pressure.data : run->push.data;
+    struct segment_push push = {.pressure = pressure, .image = run->blurred, .away = run->away,
                                 .pressure_weight = (float)set->pressure, .region_weight = (float)set->region,
                                 .edge_weight = (float)set->edge, .ramp = run->result->ramp, .stay = (float)set->stay,
                                 .size = run->grid.spacing[0]};
