@@ -411,6 +411,7 @@ static bool write_json(const struct mend *m, const springls_backend *backend)
     }
     json_array_end(&json);
     json_bool(&json, "open", m->skin.open);
+    json_number(&json, "hollow", m->skin.hollow);
     json_integer(&json, "cavities", m->skin.cavities);
     json_integer(&json, "specks", m->skin.specks);
     json_integer(&json, "specks_of_result", m->dropped);
@@ -476,6 +477,17 @@ static bool warn_of_losses(const struct mend *m)
     return true;
 }
 
+static bool warn_of_hollow(const struct mend *m)
+{
+    if (!(m->skin.hollow > 0.0)) {
+        return false;
+    }
+    fprintf(stderr, "mend: warning: %s: it stays hollow through narrow openings, which leaves %.0f %% or more of what it encloses empty: "
+                    "--opening %.2g fills it, %.2g is what was taken\n",
+            m->input, 100.0 * m->skin.hollow, (double)m->skin.fills, (double)m->skin.opening);
+    return true;
+}
+
 static int check_usage(struct mend *m)
 {
     char error[MESH_TEXT];
@@ -516,7 +528,8 @@ static int run(struct mend *m)
         warn_of_texture(m);
     }
     fine = fine && (!m->out || write_solid(m)) && (!m->picture || write_picture(m)) && (!m->common.json || write_json(m, backend));
-    const int end = !fine ? CLI_EXIT_FAILURE : warn_of_losses(m) && m->strict ? EXIT_LOSS : CLI_EXIT_OK;
+    const bool doubtful = fine && (warn_of_losses(m) | warn_of_hollow(m));
+    const int end = !fine ? CLI_EXIT_FAILURE : doubtful && m->strict ? EXIT_LOSS : CLI_EXIT_OK;
     free_all(m);
     springls_cl_destroy(backend);
     return end;
@@ -538,8 +551,8 @@ int main(int argc, char **argv)
         {"texture", CLI_INT, &m.texture, "N",
          "texels a side of the image in GLB, for files with images (default: 1024 or more, found; 0: colors of vertices)", 0.0, 8192.0,
          NULL},
-        {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
-         NULL},
+        {"strict", CLI_FLAG, &m.strict, NULL,
+         "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost, or stays hollow", 0.0, 0.0, NULL},
         {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
     };
     const struct cli_positional positionals[] = {{"MESH", &m.input, "OBJ, PLY, STL, OFF, glTF or what assimp reads", true}};

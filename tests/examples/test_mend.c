@@ -122,6 +122,49 @@ TEST damage_is_mended(void)
     PASS();
 }
 
+/* A hollow ring with punctures that are much narrower than the hollow. With walls of two voxels it is taken as a solid; with walls of six
+ * it stays hollow, which is said, and ends with status 3 on request; the ball that is named then fills it. */
+TEST punctured_shells_are_filled_or_named(void)
+{
+    static const struct {
+        float wall, hole;
+        const char *grid, *opening;
+        int status;
+        bool full;
+    } cases[] = {{0.1f, 0.12f, "64", NULL, 0, true}, {0.2f, 0.12f, "96", NULL, EXIT_LOSS, false}, {0.2f, 0.12f, "96", "4", 0, true}};
+    const double volume = 2.0 * PI * PI * 0.45 * 0.45;
+    make_ring(&ring);
+    for (int i = 0; i < 3; ++i) {
+        struct damaged m;
+        struct facts facts;
+        float outer[3], inner[3];
+        char path[512];
+        snprintf(path, sizeof path, "%s", scratch("shell.ply"));
+        ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+        damage_center(&m, 1000, outer);
+        ASSERT(damage_copy(&m, outer, -1.0f, cases[i].wall, true));
+        damage_center(&m, 2 * ROUND * ACROSS + 1000, inner);
+        damage_hole(&m, outer, cases[i].hole);
+        damage_hole(&m, inner, cases[i].hole);
+        ASSERT(write_damaged(path, &m, NULL));
+        damage_end(&m);
+        const char *const more[] = {"--grid", cases[i].grid, "--out", scratch("mended.ply"), "--strict",
+                                    cases[i].opening ? "--opening" : NULL, cases[i].opening, NULL};
+        ASSERT_EQ(cases[i].status, run_mend(path, more));
+        ASSERT(read_facts(more[3], &facts));
+        mesh_free(&facts.mesh);
+        ASSERT_EQ(0, facts.check.open_edges + facts.check.intersections);
+        if (cases[i].full) {
+            ASSERT_IN_RANGE(volume, facts.volume, 0.015 * volume);
+            ASSERT_EQ(0, facts.check.euler);
+        } else {
+            ASSERT(facts.volume < 0.8 * volume);
+            ASSERT(strstr(printed("stderr"), "stays hollow through narrow openings"));
+        }
+    }
+    PASS();
+}
+
 static double area_of(const struct mesh *mesh)
 {
     double sum = 0.0;
@@ -647,6 +690,7 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     if (!make_folder()) return 1;
     RUN_TEST(damage_is_mended);
+    RUN_TEST(punctured_shells_are_filled_or_named);
     RUN_TEST(edges_stay_sharp);
     RUN_TEST(crossings_are_counted_and_marked);
     RUN_TEST(cracks_of_rough_surfaces_are_joined);

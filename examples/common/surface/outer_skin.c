@@ -25,6 +25,10 @@ enum { UNSEEN = 0, FRONT = 1, BACK = 2, BOTH = 3 }; /* how a triangle is seen, a
 enum { LEAVE_OUT, KEEP };
 enum { MOST_PLACES = 16, MOST_VOXELS = 176 }; /* of a triangle that are looked at; along the longest side of the space */
 enum { MOST_WOUND = 4000 };                   /* about so many triangles of a patch have their winding numbers computed, evenly */
+enum { CHAMBER_PLACES = 200 };                /* of which it is asked whether they lie within the skin */
+
+static const double MUCH = 0.1;  /* of what is enclosed */
+static const float WIDE = 2.0f;  /* times the radius of the widest ball that is tried: openings that are asked about */
 
 struct finder {
     const float *positions;
@@ -36,6 +40,8 @@ struct finder {
     struct skin_space space;
     struct bvh bvh;
     float radius; /* of the ball, voxels of the space */
+    float most;   /* the widest that is tried */
+    double walls; /* volume that the ball leaves free; 0: there are no chambers */
     float *areas;
     unsigned char *seen, *kept;
     unsigned char *facing; /* 1: turned against the file */
@@ -114,38 +120,53 @@ static double sheets_at(const struct finder *f, float radius)
     return sum > 0.0 ? both / sum : 0.0;
 }
 
+/* Returns the share of what is enclosed, walls included, that is a chamber: a ball of a radius fits there, but only smaller ones get in. */
+static double chambers_at(const struct finder *f, float radius, double walls)
+{
+    const double chambers = (double)skin_space_chambers(&f->space, f->radius, radius) * pow((double)f->space.spacing, 3.0);
+    return chambers > 0.0 ? chambers / (chambers + walls) : 0.0;
+}
+
+/* Returns the least radius of a ball that gets to less than a tenth of the chambers that are there for one of `radius`. */
+static float radius_that_fills(const struct finder *f, float radius)
+{
+    const float step = 1.2f;
+    const double little = 0.1 * (double)skin_space_chambers(&f->space, f->radius, radius);
+    float fills = f->radius;
+    while (fills < radius && (double)skin_space_chambers(&f->space, fills, radius) > little) {
+        fills = fminf(fills * step, radius);
+    }
+    return fills;
+}
+
+/* Decides about a hollow body with openings: where walls are of a few voxels, it is taken as shut, for as it is, it has nothing that voxels
+ * can hold. */
+static bool judge_chambers(struct finder *f, float most)
+{
+    const double thinnest = 3.5; /* voxels: three, and what the ball leaves free along edges */
+    if (skin_space_chambers(&f->space, f->radius, most) + skin_space_chambers(&f->space, f->radius, WIDE * most) == 0) {
+        return true;
+    }
+    f->walls = skin_space_closed(&f->space, f->radius);
+    const double thickness = 2.0 * f->walls / (f->skin->area + 1e-300); /* mean: both sides have area */
+    if (thickness < thinnest * (double)f->space.spacing && chambers_at(f, most, f->walls) > MUCH) {
+        f->radius = radius_that_fills(f, most);
+    }
+    return f->walls >= 0.0;
+}
+
 /* Finds the radius of the ball: the least one from which on no more area stops being seen from both sides, for that is how holes look
- * from inside. A hollow body with walls of a few voxels, whose inside a larger ball cannot get into, is closed too: as it is, it has
- * nothing that voxels can hold. */
+ * from inside. */
 static bool find_radius(struct finder *f, float least, float most)
 {
-    const float step = 1.2f, thinnest = 3.0f; /* voxels */
-    const double alike = 0.01, emptied = 0.4;
+    const float step = 1.2f;
+    const double alike = 0.01;
     const double rest = sheets_at(f, most);
     f->radius = least;
     while (f->radius < most && sheets_at(f, f->radius) > rest + alike) {
         f->radius = fminf(f->radius * step, most);
     }
-    /* what a larger ball does not get to, less what it keeps away from along the surface */
-    const double voxels = f->skin->area / pow((double)f->space.spacing, 2.0);
-    const double shut = (double)skin_space_reached(&f->space, f->radius) - (double)skin_space_reached(&f->space, most);
-    if (shut < 1.5 * voxels * (double)(most - f->radius)) {
-        return true;
-    }
-    const double whole = skin_space_closed(&f->space, most);
-    double now = skin_space_closed(&f->space, f->radius);
-    if (whole < 0.0 || now < 0.0) {
-        return false;
-    }
-    const double walls = 2.0 * now / (f->skin->area + 1e-300) / (double)f->space.spacing; /* mean thickness: both sides have area */
-    while (f->radius < most && walls < (double)thinnest && now < emptied * whole) {
-        f->radius = fminf(f->radius * step, most);
-        now = skin_space_closed(&f->space, f->radius);
-        if (now < 0.0) {
-            return false;
-        }
-    }
-    return true;
+    return judge_chambers(f, most);
 }
 
 /* ---- patches ---- */
@@ -408,6 +429,41 @@ static void drop_specks(struct finder *f)
     }
 }
 
+/* Returns the share of the chambers for a ball of a radius that lies outside the skin. -1: memory. */
+static double chambers_outside(const struct finder *f, float radius)
+{
+    float places[CHAMBER_PLACES][3];
+    const size_t step = skin_space_chambers(&f->space, f->radius, radius) / CHAMBER_PLACES + 1;
+    const size_t n = skin_space_places_in_chambers(&f->space, f->radius, radius, step, CHAMBER_PLACES, places);
+    struct bvh tree;
+    struct bvh_winding winding = {0};
+    double outside = 0.0;
+    const bool fine = tree_of(f, false, &tree) && bvh_winding_make(&tree, &winding);
+    for (size_t i = 0; fine && i < n; ++i) {
+        outside += fabs(bvh_winding_at(&winding, places[i])) < 0.5;
+    }
+    bvh_winding_free(&winding);
+    bvh_free(&tree);
+    return fine ? outside / (double)(n + !n) : -1.0;
+}
+
+/* Says of a body that stays hollow behind openings how much of it does, and what would fill it. */
+static bool note_hollow(struct finder *f)
+{
+    for (float radius = f->most; f->walls > 0.0 && radius <= WIDE * f->most; radius *= WIDE) {
+        const double share = chambers_at(f, radius, f->walls), outside = share > MUCH ? chambers_outside(f, radius) : 0.0;
+        if (outside < 0.0) {
+            return false;
+        }
+        if (share * outside > MUCH) {
+            f->skin->hollow = share * outside;
+            f->skin->fills = radius_that_fills(f, radius) * f->space.spacing / f->spec->spacing;
+            return true;
+        }
+    }
+    return true;
+}
+
 /* A body that is open wide is seen from both sides nearly everywhere. If most of what is seen would be left out as sheets, all of it is
  * kept instead, as it faces in the file. */
 static void keep_open_body(struct finder *f)
@@ -478,11 +534,11 @@ static bool choose_ball(struct finder *f)
     const float spacing = fmaxf(f->spec->spacing, longest / MOST_VOXELS), least = 1.0f, widest_gap = 0.04f; /* share of the size */
     const float given = f->spec->opening * f->spec->spacing / spacing;
     const float most = f->spec->opening > 0.0f ? fmaxf(given, least) : fmaxf(0.5f * widest_gap * longest / spacing, 2.0f * least);
-    const float widest = fmaxf(most, 0.1f * longest / spacing); /* that sides are compared by */
+    const float widest = fmaxf(WIDE * most, 0.1f * longest / spacing); /* that sides are compared by, and openings looked for */
     if (!skin_space_make(f->positions, f->indices, f->count, spacing, widest + 1.0f, &f->space)) {
         return false;
     }
-    f->radius = most;
+    f->radius = f->most = most;
     if (!(f->spec->opening > 0.0f) && !find_radius(f, least, most)) {
         return false;
     }
@@ -507,7 +563,7 @@ bool outer_skin_find(const float *positions, const uint32_t *indices, size_t tri
     if (fine) {
         keep_open_body(&f);
         drop_specks(&f);
-        fine = emit(&f);
+        fine = note_hollow(&f) && emit(&f);
     }
     free(f.areas);
     free(f.seen);

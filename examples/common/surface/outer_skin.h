@@ -26,6 +26,8 @@ struct outer_skin {
     int cavities;      /* closed patches that bound hollows: they stay, or are filled */
     int specks;        /* closed patches left out for their size */
     bool open;         /* most of it is seen from both sides: it is kept as it is */
+    double hollow;     /* share of what is enclosed that stays empty though only narrow openings lead there; 0: less than .1 */
+    float fills;       /* the opening that would fill it, voxels */
     double area;       /* of the mesh; of it: */
     double sheets;     /* seen from both sides, left out */
     double hidden;     /* not seen, left out; hollows too */

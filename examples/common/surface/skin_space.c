@@ -293,13 +293,35 @@ float skin_space_width(const struct skin_space *space, const float place[3])
     return most;
 }
 
-size_t skin_space_reached(const struct skin_space *space, float radius)
+static bool is_chamber(const struct skin_space *s, size_t v, float radius, float fitting)
+{
+    return s->distance[v] >= fitting && s->width[v] >= radius && s->width[v] < fitting;
+}
+
+size_t skin_space_chambers(const struct skin_space *space, float radius, float fitting)
 {
     size_t count = 0;
     for (size_t v = 0; v < voxel_count(space); ++v) {
-        count += space->width[v] >= radius;
+        count += is_chamber(space, v, radius, fitting);
     }
     return count;
+}
+
+size_t skin_space_places_in_chambers(const struct skin_space *space, float radius, float fitting, size_t step, size_t most,
+                                     float (*places)[3])
+{
+    const size_t row = (size_t)space->size[0], plane = row * (size_t)space->size[1];
+    size_t count = 0, number = 0;
+    for (size_t v = 0; v < voxel_count(space) && number < most; ++v) {
+        if (is_chamber(space, v, radius, fitting) && count++ % step == 0) {
+            const size_t at[3] = {v % row, v % plane / row, v / plane};
+            for (int k = 0; k < 3; ++k) {
+                places[number][k] = space->origin[k] + (float)at[k] * space->spacing;
+            }
+            ++number;
+        }
+    }
+    return number;
 }
 
 double skin_space_closed(const struct skin_space *space, float radius)

@@ -23,8 +23,13 @@ void skin_space_free(struct skin_space *space);
 /* Returns the radius of the largest ball whose center gets to a corner of the cell around a place. */
 float skin_space_width(const struct skin_space *space, const float place[3]);
 
-/* Returns how many voxels the center of a ball of a radius (voxels) gets to. */
-size_t skin_space_reached(const struct skin_space *space, float radius);
+/* Returns how many voxels the center of a ball of a radius gets to where a larger one, of radius `fitting`, fits but does not get (voxels):
+ * chambers behind openings. */
+size_t skin_space_chambers(const struct skin_space *space, float radius, float fitting);
+
+/* Puts the center of each `step`-th voxel of those chambers into `places`, at most `most` of them; returns how many. */
+size_t skin_space_places_in_chambers(const struct skin_space *space, float radius, float fitting, size_t step, size_t most,
+                                     float (*places)[3]);
 
 /* Returns the volume that balls of a radius (voxels) leave free, world units; -1: memory. */
 double skin_space_closed(const struct skin_space *space, float radius);
