@@ -281,10 +281,24 @@ SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, spr
     return true;
 }
 
-/* Finds the sides of a set: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)
+/* Returns true when two surfaces with the unit normals n and m in voxels face elsewhere in the world, by the cosine `alike` or less. */
+SPRINGLS__MATHS bool springls__turned_in_world(springls__metric metric, springls__v3 n, springls__v3 m, float alike)
 {
-    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
+    return springls__metric_product(metric, n, m) < alike * springls__world_slope(metric, n) * springls__world_slope(metric, m);
+}
+
+/* Finds the sides of a set: see springls__find_sides. In voxels that are longer along one axis a ball bends as sharply as a crease: there
+   sides have to differ in the world too. */
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, springls__metric metric, float narrow,
+                                                           bool certain)
+{
+    springls__sides sides = springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
+    int i, j;
+    if (springls__is_uniform(metric) || sides.count < 2) return sides;
+    for (i = 1; i < sides.count; i++)
+        for (j = 0; j < i; j++)
+            if (!springls__turned_in_world(metric, sides.normal[i], sides.normal[j], SPRINGLS__APART)) sides.count = 0;
+    return sides;
 }
 
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
@@ -392,7 +406,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
     for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;
-    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok;
@@ -421,9 +435,9 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
 }
 
 /* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */
-SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__metric metric, springls__v3 x)
 {
-    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
+    springls__sides sides = springls__sample_set_sides(samples, metric, 0.0f, false), known;
     float height[SPRINGLS__SIDES];
     springls__estimate all, one;
     springls__v3 p[SPRINGLS__SIDES];
@@ -538,7 +552,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
-    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
+    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
     fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,
                             SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);

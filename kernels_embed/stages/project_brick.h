@@ -302,7 +302,7 @@ SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__mode
             if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
     }
-    return springls__edge_distance(&samples, x);
+    return springls__edge_distance(&samples, model->grid.metric, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:

@@ -70,6 +70,18 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
     return q;
 }
 
+/* Returns whether a foot near a springl, which faces n, is turned from it in the world by half of what sides are apart. Voxels that are
+   longer along one axis draw a ball out until it has kinks. */
+SPRINGLS__FN bool springls__feet_turn(springls__metric metric, const springls__sample_set *samples, springls__v3 n)
+{
+    const float near_by = 0.25f, alike = 0.906f; /* within 1.8 voxels; cosine of 25 degrees */
+    int i;
+    if (springls__is_uniform(metric)) return true;
+    for (i = 0; i < samples->count; i++)
+        if (samples->weight[i] > near_by && springls__turned_in_world(metric, n, samples->n[i], alike)) return true;
+    return false;
+}
+
 /* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
@@ -81,7 +93,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &samples);
-        sides = springls__sample_set_sides(&samples, 0.0f, false);
+        if (!springls__feet_turn(g->metric, &samples, n)) continue;
+        sides = springls__sample_set_sides(&samples, g->metric, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&samples, &sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;

@@ -312,8 +312,8 @@
    SHARP EDGES
 
    With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
-   into sides: groups whose normals are 50 degrees or more apart, each a patch and not a strip, with almost no springl
-   between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
+   into sides: groups whose normals are 50 degrees or more apart (in voxels, and in the world), each a patch and not a strip, with
+   almost no springl between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
 
    Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1. They are
    not looked for by springls_set_springls, nor when the switch is turned on later.
