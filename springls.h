@@ -34575,7 +34575,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 /* ======== >>place_now  (src/output/place_now.h) ================================================================ */
 /* place_now.h - where material points are now: the inverse of the correspondence. Springls whose correspondences are near a place of the
    original surface give an affine map to the present. It is corrected until the correspondence of the place that it gives, by the
-   quadratic fit of the springls there, is the point that was asked for. */
+   quadratic fit of the springls there, is the point that was asked for. Fits know correspondences on the surface alone: of a point off it
+   the foot is found so, and the map takes the rest along. */
 
 typedef struct springls__place_query {
     const springls_context *ctx;
@@ -34659,7 +34660,8 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, springls__
     return springls__affine_fit_solve(&fit, place);
 }
 
-/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
+/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point along the surface,
+   voxels: across it the fits of springls say nothing. */
 SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, springls__place_search *at, springls__v3 *place)
 {
     const springls_context *ctx = q->ctx;
@@ -34671,6 +34673,7 @@ SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *
         int nearest = springls__nearest_springl_facing(&ctx->model, x, springls__springl_normal(ctx->model.set.s[at->nearest]), 2.0f);
         if (nearest < 0) nearest = at->nearest;
         missing = springls__sub(at->a, springls__correspondence_at(&ctx->model, nearest, x));
+        missing = springls__mad(missing, at->normal, -springls__dot(missing, at->normal));
         if (springls__length(missing) < least) {
             least = springls__length(missing);
             best = x;
@@ -34681,14 +34684,31 @@ SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *
     return least;
 }
 
+/* Moves the point that is asked for to its foot on the original surface. */
+SPRINGLS__FN void springls__take_to_surface(const springls_context *ctx, springls__place_search *at)
+{
+    const springls__surface_hit hit = springls__surface_closest_from(&ctx->original, at->a, FLT_MAX, at->triangle);
+    if (hit.triangle >= 0) at->a = hit.hit.point;
+}
+
+/* Returns the way that has led from the foot on the original surface to `to`, as it is now. */
+SPRINGLS__FN springls__v3 springls__way_now(const springls__place_query *q, springls__place_search *at, springls__v3 to)
+{
+    springls__v3 here, there;
+    if (!springls__fit_place(q, at, at->a, &here) || !springls__fit_place(q, at, to, &there)) return springls__sub(to, at->a);
+    return springls__sub(there, here);
+}
+
 SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
 {
     const springls__place_query *q = (const springls__place_query *)arg;
     const springls_context *ctx = q->ctx;
     const springls__model *model = &ctx->model;
+    const float tilt = 0.05f; /* of triangles against the surface, on which the way off it depends */
     for (; begin < end; begin++) {
         springls_material_place *out = &q->out[begin];
         springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        const springls__v3 asked = at.a;
         springls__v3 x, n;
         float missed;
         memset(out, 0, sizeof *out);
@@ -34696,9 +34716,10 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
         out->error = FLT_MAX;
         if (at.nearest < 0) continue;
         out->id = model->set.id[at.nearest];
-        missed = springls__invert_correspondence(q, &at, &x);
+        springls__take_to_surface(ctx, &at);
+        missed = springls__invert_correspondence(q, &at, &x) + tilt * springls__length(springls__sub(asked, at.a));
         n = springls__springl_normal(model->set.s[at.nearest]);
-        springls__voxel_to_world(ctx, x, out->place);
+        springls__voxel_to_world(ctx, springls__add(x, springls__way_now(q, &at, asked)), out->place);
         out->error = springls__estimate_error(ctx, x, n, at.a, missed + springls__error_at_birth(model, x, n, at.a, model->set.count),
                                               false).place;
     }
@@ -49051,7 +49072,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49055 \"springls.h\"\n",
+    "#line 49076 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
