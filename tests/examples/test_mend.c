@@ -26,6 +26,7 @@ int main(int argc, char **argv)
 #include "mesh_damage.h"
 #include "run_program.h"
 #include "surface/mesh_slivers.h"
+#include "surface/mesh_uncross.h"
 
 #include <sys/stat.h>
 
@@ -234,6 +235,40 @@ TEST crossings_are_counted_and_marked(void)
     ASSERT_EQ(PAIRS, mesh_mark_crossings(places, triangles, 2 * PAIRS + 2, marks));
     for (int i = 0; i < 6 * PAIRS + 6; ++i) ASSERT_EQ(i < 6 * PAIRS, marks[i]);
     ASSERT_EQ(0, mesh_mark_crossings(places, triangles, 0, NULL));
+    PASS();
+}
+
+static int flat_triangles(const struct shape *s)
+{
+    int count = 0;
+    for (const uint32_t *t = s->indices; t < s->indices + 6 * ROUND * ACROSS; t += 3)
+        count += !(vec3_triangle_area(s->positions + 3 * t[0], s->positions + 3 * t[1], s->positions + 3 * t[2]) > 0.0);
+    return count;
+}
+
+/* A ring of which a vertex lies behind its neighbors, and another one on the edge between two: both are moved away, no other one far. */
+TEST crossings_are_taken_apart(void)
+{
+    enum { PUSHED = 20 * ACROSS + 10, FLAT = 50 * ACROSS + 10, COUNT = ROUND * ACROSS, TRIANGLES = 2 * ROUND * ACROSS };
+    static struct shape truth;
+    const float furthest = 0.2f;
+    make_ring(&ring);
+    memcpy(&truth, &ring, sizeof ring);
+    for (int k = 0; k < 3; ++k) {
+        const float *p = truth.positions + k;
+        ring.positions[3 * PUSHED + k] = p[3 * (PUSHED + 2)] + 0.03f * (p[3 * (PUSHED + 2)] - p[3 * (PUSHED + ACROSS)]);
+        ring.positions[3 * FLAT + k] = p[3 * (FLAT + 1)];
+    }
+    ASSERT(mesh_mark_crossings(ring.positions, (const int *)ring.indices, TRIANGLES, NULL) > 0);
+    ASSERT(flat_triangles(&ring) > 0);
+    ASSERT(mesh_uncross(ring.positions, COUNT, (const int *)ring.indices, TRIANGLES, (double)furthest));
+    ASSERT_EQ(0, mesh_mark_crossings(ring.positions, (const int *)ring.indices, TRIANGLES, NULL));
+    ASSERT_EQ(0, flat_triangles(&ring));
+    for (int v = 0; v < COUNT; ++v) {
+        const double moved = (double)damage_apart(ring.positions + 3 * v, truth.positions + 3 * v);
+        ASSERT(moved < (v == PUSHED || v == FLAT ? 0.4 : 0.2001));
+    }
+    ASSERT(mesh_uncross(NULL, 0, NULL, 0, 1.0));
     PASS();
 }
 
@@ -693,6 +728,7 @@ int main(int argc, char **argv)
     RUN_TEST(punctured_shells_are_filled_or_named);
     RUN_TEST(edges_stay_sharp);
     RUN_TEST(crossings_are_counted_and_marked);
+    RUN_TEST(crossings_are_taken_apart);
     RUN_TEST(cracks_of_rough_surfaces_are_joined);
     RUN_TEST(borders_are_joined_by_their_own_lengths);
     RUN_TEST(hollows_go_or_stay);

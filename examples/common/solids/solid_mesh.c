@@ -6,6 +6,7 @@
 #include "surface/mesh_check.h"
 #include "surface/mesh_simplify.h"
 #include "surface/mesh_slivers.h"
+#include "surface/mesh_uncross.h"
 #include "surface/outer_skin.h"
 
 #include <math.h>
@@ -69,12 +70,13 @@ static bool gather_all(springls_mesh *mesh, const int *kept, float *colors)
 
 bool solid_remove_slivers(springls_mesh *mesh, double spacing, float *colors)
 {
-    const double tolerance = 0.03; /* voxels */
+    const double tolerance = 0.03, furthest = 0.5; /* voxels */
     int *kept = malloc(((size_t)mesh->vertex_count + 1) * sizeof *kept);
     const bool fine = kept
                       && mesh_remove_slivers(mesh->positions, &mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
                                              tolerance * spacing, kept)
-                      && gather_all(mesh, kept, colors);
+                      && gather_all(mesh, kept, colors)
+                      && mesh_uncross(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, furthest * spacing);
     free(kept);
     return fine;
 }

@@ -17,8 +17,9 @@ int solid_contouring(const char *program, const char *params_name, const char *s
  * its parameters back. Returns false where the library fails (springls_last_error), or memory is short. */
 bool solid_extract(springls_context *ctx, springls_contouring contouring, double smallest, springls_mesh *mesh, int *dropped);
 
-/* Removes thin triangles, as long as the surface moves by no more than .03 voxels of `spacing`. The vertices left keep their normals,
- * correspondences, and colors (three numbers each; NULL: none). Returns false if memory is short. */
+/* Removes thin triangles, as long as the surface moves by no more than .03 voxels of `spacing`, and takes apart what crosses, by up to
+ * half a voxel. The vertices left keep their normals, correspondences, and colors (three numbers each; NULL: none). Returns false if memory
+ * is short. */
 bool solid_remove_slivers(springls_mesh *mesh, double spacing, float *colors);
 
 /* Leaves at most `triangles` (0: any number), or as few as keep the surface within `tolerance` world units, as mesh_simplify does it. The
