@@ -359,15 +359,15 @@ class Model:
     # ---- motion ----
 
     def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
-             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', world_units=False):
+             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', world_units=False, region=None):
         """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
 
         velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,),
         affine(points, correspondences, time) -> (n, 3, 4):
         functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
-        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. An exception in a
-        function ends the step and is raised again.
+        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. region: (lower, upper), the box
+        outside which nothing moves, in the same units. An exception in a function ends the step and is raised again.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
@@ -375,6 +375,10 @@ class Model:
         >>> ball.step(dt=4, velocity_field=field)
         >>> ball.extract_mesh().positions.mean(axis=0).round(1).tolist()
         [18.0, 16.0, 16.0]
+        >>> ball.step(dt=1, pressure=lambda points, normals, time: np.ones(len(points)), region=((22, 0, 0), (32, 32, 32)))
+        >>> measures = ball.measure()
+        >>> bool(measures.lower[0] > 9.9), bool(measures.upper[0] > 26.5)
+        (True, True)
         """
         self._drive(_lib.springls_step, **_without(locals(), 'self'))
 
@@ -384,11 +388,13 @@ class Model:
         self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
     def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
-               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', world_units=False, **members):
+               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', world_units=False, region=None, **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature
         forces.world_units = world_units
         forces.integrator = _constant('INTEGRATOR', integrator)
+        if region is not None:
+            forces.region_lower, forces.region_upper = (list(map(float, corner)) for corner in region)
         with _Calls(self) as calls:
             if velocity:
                 forces.velocity = calls.wrap('springls_velocity_fn', velocity, (3,),
@@ -437,15 +443,15 @@ class Model:
     def _convert(self, call, points):
         points = _array(points, 'f4', (-1, 3), name='points')
         out = np.empty_like(points)
-        call(self._ctx, _pointer(points), len(points), _pointer(out))
+        call(self._handle, _pointer(points), len(points), _pointer(out))   # also in a function that the model calls
         return out
 
     def to_voxel(self, points):
-        """Converts places of the world, (n, 3), to voxels."""
+        """Converts places of the world, (n, 3), to voxels. Functions that the model calls may use it."""
         return self._convert(_lib.springls_to_voxel, points)
 
     def to_world(self, points):
-        """Converts places in voxels, (n, 3), to the world."""
+        """Converts places in voxels, (n, 3), to the world. Functions that the model calls may use it."""
         return self._convert(_lib.springls_to_world, points)
 
     def _each(self, call, dtype, kind):
@@ -564,10 +570,11 @@ class Model:
     memory_used = property(lambda self: _lib.springls_memory_used(self._ctx), doc='Bytes held.')
 
     def measure(self):
-        """Measures the closed surface: volume, area, coverage, lower, upper, components, euler."""
+        """Measures the closed surface: volume, area, coverage, components, euler, and the corners lower and upper of its box, (3,)."""
         out = _ffi.new('springls_measures *')
         self._check(_lib.springls_measure(self._ctx, out))
-        return out
+        return SimpleNamespace(volume=out.volume, area=out.area, coverage=out.coverage, lower=np.array(list(out.lower), 'f4'),
+                               upper=np.array(list(out.upper), 'f4'), components=out.components, euler=out.euler)
 
     def _rows(self, view, shape, copy):
         rows = _view(view.data, view.count, 'f4', shape, view.stride)

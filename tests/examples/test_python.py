@@ -157,6 +157,12 @@ class Right(unittest.TestCase):
             stopped.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
         self.assertEqual(caught.exception.status, 'SPRINGLS_CANCELLED')
 
+    def test_functions_may_convert_places(self):
+        model = springls.Model((24, 24, 24), spacing=0.5, origin=3)
+        model.set_implicit(lambda points: np.linalg.norm(model.to_voxel(points) - 12, axis=1) / 2 - 3)
+        model.step(dt=1, velocity=lambda points, time: np.where(model.to_world(points) > 0, (0.5, 0, 0), np.nan))
+        self.assertLess(abs(model.extract_mesh().positions.mean(axis=0) - (9.25, 9, 9)).max(), 0.02)
+
     def test_progress_cannot_use_the_model_and_raises(self):
         model = springls.Model((24, 24, 24), progress=lambda fraction: model.count)
         with self.assertRaisesRegex(RuntimeError, 'cannot use the model'):
