@@ -36,7 +36,7 @@ ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
 endif
 
-.PHONY: help constants deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
+.PHONY: help constants deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs rigs accuracy long coverage cover-lines \
         segmentation registration imaging solids set-mesh tilings install uninstall format clean \
         docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind rusticl device gpu-text deps-rusticl deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python wheel web web-test deps-web deps-web-test npm deps-npm packages deps-packages deps-engines deps-cohort deps-slurm deps-dicom deps-maxflow FORCE
 .DELETE_ON_ERROR:

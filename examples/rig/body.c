@@ -292,6 +292,22 @@ static bool read_character(const struct rig *rig, const char *path, struct chara
     return true;
 }
 
+/* Keeps the joints that the file has, which only the report shows. */
+static bool keep_joints(struct rig_body *body)
+{
+    const struct character *c = &body->character;
+    body->theirs = calloc((size_t)c->joint_count + 1, sizeof *body->theirs);
+    for (int j = 0; c->skinned && body->theirs && j < c->joint_count; ++j) {
+        bool inner = c->joints[j].bone;
+        for (int k = j + 1; k < c->joint_count; ++k) { inner = inner || c->joints[k].parent == j; }
+        if (!inner) { continue; }
+        struct file_joint *to = &body->theirs[body->their_count++];
+        memcpy(to->name, c->joints[j].name, sizeof to->name);
+        joint_place(&c->joints[j], to->place);
+    }
+    return body->theirs || rig_fail("not enough memory");
+}
+
 /* Notes that the limbs of a body are unlike those of the template. */
 static void note_unlike(const struct rig *rig, const char *path, const struct skeleton_roles *roles)
 {
@@ -314,7 +330,7 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
                    struct rig_body *body)
 {
     memset(body, 0, sizeof *body);
-    return read_character(rig, path, &body->character) && fit_template(rig, path, up, facing, body);
+    return read_character(rig, path, &body->character) && keep_joints(body) && fit_template(rig, path, up, facing, body);
 }
 
 static int find_template_joint(const struct skeleton_template *skeleton, const char *name, size_t length)
@@ -353,6 +369,7 @@ void rig_body_free(struct rig_body *body)
 {
     character_free(&body->character);
     solid_free(&body->solid);
+    free(body->theirs);
     springls_destroy(body->ctx);
     memset(body, 0, sizeof *body);
 }

@@ -179,6 +179,9 @@ bool rig_report(const struct rig *rig, const char *path)
         if (e->present[t]) { report_vector(&json, rig->skeleton.joints[t].name, e->place[t]); }
     }
     json_object_end(&json);
+    json_object_begin(&json, "joints_of_the_file");
+    for (int j = 0; j < rig->body.their_count; ++j) { report_vector(&json, rig->body.theirs[j].name, rig->body.theirs[j].place); }
+    json_object_end(&json);
     if (rig->pairs > 0) {
         json_object_begin(&json, "pairs");
         for (int t = 0; t < rig->skeleton.count; ++t) {

@@ -24,6 +24,12 @@ struct rig_settings {
     int fps, size;
 };
 
+/* A joint that the file has: what a skeleton found in the surface is measured by. */
+struct file_joint {
+    char name[CHARACTER_NAME];
+    float place[3];
+};
+
 /* A body, its inside as voxels, and the template in it. */
 struct rig_body {
     struct character character;
@@ -33,6 +39,8 @@ struct rig_body {
     struct solid solid;
     struct skeleton_embedding embedding;
     springls_context *ctx; /* the closed body */
+    struct file_joint *theirs; /* the file's own joints, those with weights or joints below */
+    int their_count;
 };
 
 struct rig {

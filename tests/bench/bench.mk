@@ -124,6 +124,13 @@ morph-pairs: deps-examples   ## every character of CHARACTERS=DIR becomes every 
 	@tests/bench/morph_pairs.py $(or $(CHARACTERS),$(SPRINGLS_DATA)/rigged) build/bench/morph_pairs --grid $(or $(GRID),96) \
 	    -- --frames 40 --blend 24
 
+rigs: deps-examples   ## rig beside the artists' joints of CHARACTERS=DIR (FETCH=1: characters of Debian's packages too, 1.4 GB)
+	@$(MAKE) --no-print-directory build/rig
+	@mkdir -p build/bench/characters
+	@cp -u $(or $(CHARACTERS),$(SPRINGLS_DATA)/rigged)/*.glb build/bench/characters
+	@$(if $(FETCH),tests/bench/rigs.py --fetch build/bench/characters)
+	@tests/bench/rigs.py build/bench/characters build/bench/rigs --plot build/bench/rigs/confidence.svg
+
 coverage:   ## how well springls cover the surface: leveque, zalesak, segment's brain, motions (FULL=1: 256^3 too; ORDERS=3)
 	@$(DEPS) examples scan
 	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions

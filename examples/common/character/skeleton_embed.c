@@ -16,6 +16,10 @@ static const float THINNER = 25.0f; /* weight of keeping the rest pose's place a
 static const float NARROWER = 6.0f; /* the same for the neck */
 static const float ABOVE_CROTCH = 0.015f; /* of the height: how far hip joints are above it */
 static const float UNDER = 0.06f;         /* of the height: the part of a shin under which an ankle is */
+static const float NEXT_TO_TRUNK = 0.2f; /* of a limb's length */
+static const float BENT = 0.03f;          /* of a limb's length: a leg that bends by less is straight */
+static const float NEARLY_MOST = 0.9f; /* of what a leg stands out */
+static const float OUTWARDS = 0.25f;      /* how much a knee within the trunk is nearer to where the leg leaves it */
 static const float SNAP = 0.94f;          /* cosine: directions nearer to a coordinate axis are taken for it */
 static const float CLEAR_FACING = 0.004f;
 
@@ -314,20 +318,22 @@ static void place_at_trunk(const struct embed *e, const struct limb *limb, float
     vec3_add_scaled(near, step, direction, place);
 }
 
-/* Places the limb's first joint over the middle of the limb, as high as the trunk's middle. */
+/* Places the limb's first joint over the limb's part next to the trunk, as high as the trunk's middle: below, legs of many animals
+ * go back and forth. */
 static void place_at_axis(const struct embed *e, const struct limb *limb, float place[3])
 {
     float middle[3] = {0.0f, 0.0f, 0.0f}, axis[3];
+    const float to = limb->root + NEXT_TO_TRUNK * (curve_length(&limb->curve) - limb->root);
     int count = 0;
     for (int i = 0; i < limb->curve.count; ++i) {
-        if (limb->curve.along[i] >= limb->root) {
+        if (limb->curve.along[i] >= limb->root && (count == 0 || limb->curve.along[i] <= to)) {
             vec3_add_scaled(middle, 1.0f, limb->curve.place[i], middle);
             ++count;
         }
     }
     for (int k = 0; k < 3; ++k) { place[k] = middle[k] / (float)count; }
-    float level[3];
-    memcpy(level, place, sizeof level);
+    float level[3]; /* first as high as where the limb meets the trunk: lower down a tail may be nearer */
+    vec3_add_scaled(place, over_ground(e, limb->curve.place[0]) - over_ground(e, place), e->out->up, level);
     for (int round = 0; round < 3; ++round) { /* the trunk's place above */
         curve_at(&e->trunk, curve_nearest(&e->trunk, level), axis);
         vec3_add_scaled(place, over_ground(e, axis) - over_ground(e, place), e->out->up, level);
@@ -412,6 +418,58 @@ static void set_under(const struct embed *e, const struct limb *limb, float alon
     vec3_add_scaled(place, height - over_ground(e, place), e->out->up, place);
 }
 
+/* Returns how high a joint is wanted over the ground. lowest: of the rest pose. */
+static float wanted_height(const struct embed *e, int joint, int first, float lowest)
+{
+    const struct template_joint *j = e->skeleton->joints;
+    const float rest = j[joint].position[1] - lowest;
+    return j[first].place == PLACE_AXIS ? rest / (j[first].position[1] - lowest) * over_ground(e, e->out->place[first])
+                                        : rest / e->skeleton->height * e->out->height;
+}
+
+/* Returns how far, in voxels, a limb's curve stands out backwards there from the straight line to where it goes on to its end. */
+static float stands_out(const struct embed *e, const struct curve *c, int at, const float from[3], const float to[3])
+{
+    float line[3], d[3];
+    vec3_sub(to, from, line);
+    vec3_sub(c->place[at], from, d);
+    vec3_add_scaled(d, -vec3_dot(d, e->out->up) / vec3_dot(line, e->out->up), line, d);
+    return -vec3_dot(d, e->out->forward) / (float)e->solid->grid.spacing;
+}
+
+/* Returns the length along a leg where it stands out backwards from the straight line from its first joint to its toes, as at a hock
+ * or a heel: the highest place of those that do so nearly most. Less than 0: it is straight. toes: their height. */
+static float bend_of(const struct embed *e, const struct limb *limb, int first, float toes)
+{
+    const struct curve *c = &limb->curve;
+    const float *from = e->out->place[first];
+    int last = c->count - 1;
+    while (last > 0 && over_ground(e, c->place[last - 1]) < toes) { --last; }
+    float most = BENT * (curve_length(c) - limb->root), along = -1.0f;
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < last && (pass == 0 || along < 0.0f); ++i) {
+            const float out = c->along[i] > limb->root ? stands_out(e, c, i, from, c->place[last]) : 0.0f;
+            if (pass == 0) {
+                most = fmaxf(most, out);
+            } else if (out > BENT * (curve_length(c) - limb->root) && out > NEARLY_MOST * most) {
+                along = c->along[i];
+            }
+        }
+    }
+    return along;
+}
+
+/* Computes the place at a length along a limb; before it leaves the trunk, on the straight line from its first joint. */
+static void limb_at(const struct embed *e, const struct limb *limb, int first, float from, float along, float place[3])
+{
+    curve_at(&limb->curve, fmaxf(along, limb->root), place);
+    if (e->skeleton->joints[first].place == PLACE_AXIS && along < limb->root && from < limb->root) {
+        float d[3];
+        vec3_sub(place, e->out->place[first], d);
+        vec3_add_scaled(e->out->place[first], (along - from) / (limb->root - from), d, place);
+    }
+}
+
 static void place_limb_joints(struct embed *e, int limb, int side, int first, int end)
 {
     const struct skeleton_template *s = e->skeleton;
@@ -432,8 +490,14 @@ static void place_limb_joints(struct embed *e, int limb, int side, int first, in
         anchors[0].body = root - vec3_length(d) / (float)e->solid->grid.spacing;
     }
     for (int k = 1; k < count; ++k) {
-        if (s->joints[joints[k]].place == PLACE_HEIGHT) {
-            const float wanted = (s->joints[joints[k]].position[1] - lowest) / s->height * e->out->height;
+        const float bend = s->joints[joints[k]].place == PLACE_BEND && k + 1 < count
+            ? bend_of(e, l, first, wanted_height(e, joints[k + 1], first, lowest))
+            : -1.0f;
+        if (bend > fmaxf(anchors[anchor_count - 1].body, 0.0f)) {
+            anchors[anchor_count].rest = rest[k];
+            anchors[anchor_count++].body = bend;
+        } else if (s->joints[joints[k]].place == PLACE_HEIGHT || s->joints[joints[k]].place == PLACE_BEND) {
+            const float wanted = wanted_height(e, joints[k], first, lowest);
             for (int i = 0; i < l->curve.count; ++i) {
                 if (l->curve.along[i] > anchors[anchor_count - 1].body && l->curve.along[i] >= root
                     && over_ground(e, l->curve.place[i]) <= wanted) {
@@ -457,9 +521,10 @@ static void place_limb_joints(struct embed *e, int limb, int side, int first, in
                         after = between(anchors, anchor_count, 0.6f * rest[k] + 0.4f * rest[k + 1]);
             const float whole = (last_free ? anchors[1].body : length) - anchors[0].body,
                         part = (after - before) / whole;
-            along = thinnest(&l->curve, along, fmaxf(before, root), fmaxf(after, root), THINNER * part * part);
+            along = along >= root ? thinnest(&l->curve, along, fmaxf(before, root), fmaxf(after, root), THINNER * part * part)
+                                  : along + OUTWARDS * (root - along);
         }
-        curve_at(&l->curve, along, e->out->place[joints[k]]);
+        limb_at(e, l, first, anchors[0].body, along, e->out->place[joints[k]]);
         if (s->joints[joints[k]].place == PLACE_HEIGHT && s->joints[first].place == PLACE_LIMB) {
             set_under(e, l, along, e->out->place[joints[k]]);
         }
@@ -596,6 +661,15 @@ static void place_trunk_joints(struct embed *e)
             anchors[anchor_count++].body =
                 thinnest(&e->trunk, last_body + 0.7f * t * whole, last_body + 0.05f * whole, last_body + 0.6f * whole,
                          NARROWER * 0.3f);
+        }
+    }
+    const float limbs = fabsf(anchors[1].body - anchors[0].body) / fmaxf(fabsf(anchors[1].rest - anchors[0].rest), 1e-6f);
+    for (int k = 0; k < count; ++k) { /* a head goes with the trunk and not with the neck, which may be as long as a giraffe's */
+        if (s->joints[joints[k]].place == PLACE_SHARE && rest[k] > last) {
+            const float middle = 0.5f * (last_body + length);
+            anchors[anchor_count].rest = rest[k];
+            anchors[anchor_count++].body = s->joints[joints[k + 1]].end ? fmaxf(length - limbs * (rest[count - 1] - rest[k]), middle)
+                                                                        : fminf(last_body + limbs * (rest[k] - last), middle);
         }
     }
     if (e->out->roles.trunk[1] >= 0) {

@@ -57,8 +57,28 @@ static void rest_proportions(struct search *s)
                 s->rest);
 }
 
+static void middle_of(const struct search *s, const int pair[2], float middle[3])
+{
+    for (int i = 0; i < 3; ++i) { middle[i] = 0.5f * (s->place[pair[0]][i] + s->place[pair[1]][i]); }
+}
+
+/* Returns how much farther the second pair of limbs is from the head than the first: where they branch off, or, on four legs, their
+ * feet. The legs of a short deep trunk branch off anywhere in it. */
+static float second_is_farther(const struct search *s, const float body[5])
+{
+    const struct skeleton_roles *r = &s->now;
+    float far[2], d[3];
+    if (!s->skeleton->ground[0] || !s->skeleton->ground[1]) { return body[2] - body[0]; }
+    for (int l = 0; l < 2; ++l) {
+        middle_of(s, r->limb[l], d);
+        vec3_sub(s->place[r->trunk[0]], d, d);
+        far[l] = vec3_length(d);
+    }
+    return far[1] - far[0];
+}
+
 /* Returns the variance of the logarithms of the body's proportions over those of the rest pose; in *order how far the limbs
- * branch off in another order, over the size. */
+ * are in another order, over the size. */
 static float proportion_cost(const struct search *s, float *order)
 {
     const struct skeleton_roles *r = &s->now;
@@ -75,7 +95,7 @@ static float proportion_cost(const struct search *s, float *order)
     }
     for (int i = 0; i < count; ++i) { cost += (logs[i] - mean) * (logs[i] - mean) / (float)count; }
     const float sign = s->rest[0] < s->rest[2] ? 1.0f : -1.0f;
-    *order = fmaxf(0.0f, 0.02f * s->size - sign * (body[2] - body[0])) / s->size;
+    *order = fmaxf(0.0f, 0.02f * s->size - sign * second_is_farther(s, body)) / s->size;
     return cost;
 }
 
@@ -97,11 +117,6 @@ static float asymmetry(const struct search *s, float left[2][3], bool *swapped)
     cost += difference(s->distance[a[0]][b[1]], s->distance[a[1]][b[0]]);
     const float cosine = vec3_dot(left[0], left[1]) / (vec3_length(left[0]) * vec3_length(left[1]) + 1e-30f);
     return cost + 0.7f * (1.0f - fabsf(cosine));
-}
-
-static void middle_of(const struct search *s, const int pair[2], float middle[3])
-{
-    for (int i = 0; i < 3; ++i) { middle[i] = 0.5f * (s->place[pair[0]][i] + s->place[pair[1]][i]); }
 }
 
 /* Computes up from how the body stands: across the plane of four feet, or from two feet to the center of mass. */

@@ -52,16 +52,16 @@ static int find(const struct skeleton_template *s, const char *name)
 
 static bool read_place(const struct reader *r, const cJSON *item, struct template_joint *joint)
 {
-    static const char *const names[] = {"between", "limb", "axis", "narrow", "height"};
+    static const char *const names[] = {"between", "limb", "axis", "narrow", "height", "bend", "share"};
     const char *text = cJSON_GetStringValue(cJSON_GetObjectItem(item, "place"));
     joint->place = PLACE_BETWEEN;
-    for (int p = 0; text && p < 5; ++p) {
+    for (int p = 0; text && p < (int)(sizeof names / sizeof *names); ++p) {
         if (strcmp(text, names[p]) == 0) {
             joint->place = (enum template_place)p;
             return true;
         }
     }
-    return !text || fail(r, "joint %.60s: \"place\" is between, limb, axis, narrow or height", joint->name);
+    return !text || fail(r, "joint %.60s: \"place\" is between, limb, axis, narrow, height, bend or share", joint->name);
 }
 
 static bool read_joint(const struct reader *r, const cJSON *item)

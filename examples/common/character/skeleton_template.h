@@ -15,7 +15,11 @@ enum template_place {
     PLACE_LIMB,    /* where the limb leaves the trunk */
     PLACE_AXIS,    /* over the middle of the limb, as high as the middle of the trunk */
     PLACE_NARROW,  /* where the trunk is narrowest nearby */
-    PLACE_HEIGHT   /* as high above the ground as in the rest pose, relative to the body's height */
+    PLACE_HEIGHT,  /* as high above the ground as in the rest pose, relative to the body's height, or to that of a limb's joint
+                    * on the axis */
+    PLACE_BEND,    /* where a leg bends backwards most; as PLACE_HEIGHT where it is straight */
+    PLACE_SHARE    /* as far from the trunk's end that hangs on it, else from the limbs, as in the rest pose, relative to the way from
+                    * one pair of limbs to the other */
 };
 
 struct template_joint {
