@@ -322,7 +322,8 @@ def main():
             points += [(value, max(of_limb), kind in TUNED)] if of_limb else []
     def mean_of(tuned):
         return f"{sum(means[tuned]) / len(means[tuned]):.1f} % of {len(means[tuned])}" if tuned in means else "none"
-    print(f"\n{len(worsts)} characters: mean {mean_of(True)} of families on which the templates were chosen, {mean_of(False)} of others (*); "
+    print(f"\n{len(worsts)} characters: mean {mean_of(True)} of families on which the templates were chosen, "
+          f"{mean_of(False)} of others (*); "
           f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped")
     if settings.plot and points:
         plot(settings.plot, points)
