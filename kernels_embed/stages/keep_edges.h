@@ -14,7 +14,7 @@
 #define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
 #define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
 #define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
-#define SPRINGLS__NARROW 0.4f         /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.25f        /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
 #define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
 #define SPRINGLS__CONCAVE 2
@@ -187,6 +187,31 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
     return sides;
 }
 
+/* Returns true when the planes of sides s and t meet within SPRINGLS__FIT_RADIUS of them. Those of the two sheets of a thin object, or of
+   the walls of a gap, do not. */
+SPRINGLS__MATHS bool springls__sides_meet(const springls__sides *sides, int s, int t)
+{
+    springls__v3 n = sides->normal[s], m = sides->normal[t], d = springls__sub(sides->middle[t], sides->middle[s]);
+    float along = springls__dot(n, m), apart = springls__dot(d, springls__sub(n, m));
+    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * (1.0f - along * along);
+}
+
+/* Leaves out sides that meet none of the others. A side alone stays. */
+SPRINGLS__MATHS springls__sides springls__sides_that_meet(springls__sides all)
+{
+    springls__sides sides;
+    int s, t;
+    sides.count = 0;
+    for (s = 0; s < all.count; s++) {
+        bool meets = all.count == 1;
+        for (t = 0; t < all.count; t++) meets = meets || (t != s && springls__sides_meet(&all, s, t));
+        if (!meets) continue;
+        sides.normal[sides.count] = all.normal[s];
+        sides.middle[sides.count++] = all.middle[s];
+    }
+    return sides;
+}
+
 /* Returns true when a springl faces as a side does, or lies on one within `distance` (voxels), whichever of several ways it has
    been turned. */
 SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
@@ -215,7 +240,7 @@ SPRINGLS__NOINLINE springls__sides springls__find_sides(const springls__v3 *p, c
                                                         int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
-    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
+    springls__sides sides = springls__sides_that_meet(springls__heaviest_sides(p, n, weight, count, narrow));
     float on = 0.0f, stray = 0.0f;
     int i;
     for (i = 0; i < count; i++) {
