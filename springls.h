@@ -9016,7 +9016,7 @@ SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, floa
 #define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
 #define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
 #define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
-#define SPRINGLS__NARROW 0.25f        /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
 #define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
 #define SPRINGLS__CONCAVE 2
@@ -42317,7 +42317,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */\n",
     "#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */\n",
     "#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */\n",
-    "#define SPRINGLS__NARROW 0.25f        /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */\n",
     "#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */\n",
     "#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */\n",
     "#define SPRINGLS__CONCAVE 2\n",

@@ -14,7 +14,7 @@
 #define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
 #define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
 #define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
-#define SPRINGLS__NARROW 0.25f        /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
 #define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
 #define SPRINGLS__CONCAVE 2
