@@ -307,8 +307,8 @@
    SHARP EDGES
 
    With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
-   into sides: groups whose normals are 50 degrees or more apart, each a patch and not a strip, with almost no springl
-   between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
+   into sides: groups whose normals are 50 degrees or more apart (in voxels, and in the world), each a patch and not a strip, with
+   almost no springl between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
 
    Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1. They are
    not looked for by springls_set_springls, nor when the switch is turned on later.
@@ -9016,7 +9016,7 @@ SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, floa
 #define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
 #define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
 #define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
-#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.35f        /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
 #define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
 #define SPRINGLS__CONCAVE 2
@@ -9189,13 +9189,13 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
     return sides;
 }
 
-/* Returns true when the planes of sides s and t meet within SPRINGLS__FIT_RADIUS of them. Those of the two sheets of a thin object, or of
-   the walls of a gap, do not. */
+/* Returns true when the planes of sides s and t meet nearby: those of sides that face away from each other within
+   SPRINGLS__FIT_RADIUS. The two sheets of a thin object do not, nor the walls of a gap. */
 SPRINGLS__MATHS bool springls__sides_meet(const springls__sides *sides, int s, int t)
 {
     springls__v3 n = sides->normal[s], m = sides->normal[t], d = springls__sub(sides->middle[t], sides->middle[s]);
-    float along = springls__dot(n, m), apart = springls__dot(d, springls__sub(n, m));
-    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * (1.0f - along * along);
+    float sine2 = springls__length2(springls__cross(n, m)), apart = springls__dot(d, springls__sub(n, m));
+    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * sine2;
 }
 
 /* Leaves out sides that meet none of the others. A side alone stays. */
@@ -9308,10 +9308,24 @@ SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *samples, spr
     return true;
 }
 
-/* Finds the sides of a set: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)
+/* Returns true when two surfaces with the unit normals n and m in voxels face elsewhere in the world, by the cosine `alike` or less. */
+SPRINGLS__MATHS bool springls__turned_in_world(springls__metric metric, springls__v3 n, springls__v3 m, float alike)
 {
-    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
+    return springls__metric_product(metric, n, m) < alike * springls__world_slope(metric, n) * springls__world_slope(metric, m);
+}
+
+/* Finds the sides of a set: see springls__find_sides. In voxels that are longer along one axis a ball bends as sharply as a crease: there
+   sides have to differ in the world too. */
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, springls__metric metric, float narrow,
+                                                           bool certain)
+{
+    springls__sides sides = springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);
+    int i, j;
+    if (springls__is_uniform(metric) || sides.count < 2) return sides;
+    for (i = 1; i < sides.count; i++)
+        for (j = 0; j < i; j++)
+            if (!springls__turned_in_world(metric, sides.normal[i], sides.normal[j], SPRINGLS__APART)) sides.count = 0;
+    return sides;
 }
 
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
@@ -9419,7 +9433,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
     for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;
-    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok;
@@ -9448,9 +9462,9 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
 }
 
 /* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */
-SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__metric metric, springls__v3 x)
 {
-    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;
+    springls__sides sides = springls__sample_set_sides(samples, metric, 0.0f, false), known;
     float height[SPRINGLS__SIDES];
     springls__estimate all, one;
     springls__v3 p[SPRINGLS__SIDES];
@@ -9565,7 +9579,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     if (!springls__edge_candidate(model)[i]) return;
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
-    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
+    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
     fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,
                             SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
@@ -10963,7 +10977,7 @@ SPRINGLS__MATHS springls__estimate springls__height_at_edge(const springls__mode
             if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
     }
-    return springls__edge_distance(&samples, x);
+    return springls__edge_distance(&samples, model->grid.metric, x);
 }
 
 /* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:
@@ -25359,6 +25373,18 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
     return q;
 }
 
+/* Returns whether a foot near a springl, which faces n, is turned from it in the world by half of what sides are apart. Voxels that are
+   longer along one axis draw a ball out until it has kinks. */
+SPRINGLS__FN bool springls__feet_turn(springls__metric metric, const springls__sample_set *samples, springls__v3 n)
+{
+    const float near_by = 0.25f, alike = 0.906f; /* within 1.8 voxels; cosine of 25 degrees */
+    int i;
+    if (springls__is_uniform(metric)) return true;
+    for (i = 0; i < samples->count; i++)
+        if (samples->weight[i] > near_by && springls__turned_in_world(metric, n, samples->n[i], alike)) return true;
+    return false;
+}
+
 /* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
@@ -25370,7 +25396,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &samples);
-        sides = springls__sample_set_sides(&samples, 0.0f, false);
+        if (!springls__feet_turn(g->metric, &samples, n)) continue;
+        sides = springls__sample_set_sides(&samples, g->metric, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&samples, &sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
@@ -33115,10 +33142,12 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
     fit->count++;
 }
 
-/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
-SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
+/* Adds the equation that A maps the unit way along one normal, in the world, to that along the other: neighbors in a plane do not
+   determine it. */
+SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__metric metric, springls__v3 n, springls__v3 n_a,
+                                              double weight)
 {
-    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
+    springls__affine_fit_equations(fit, 0.0, springls__along_normal(metric, n), springls__along_normal(metric, n_a), weight);
 }
 
 /* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
@@ -33209,7 +33238,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     place.radius = 2.5f * springls__max(1.0f, s->bounding_radius);
     springls__place_fit_around(&place, cells);
     if (place.fit.count >= 4) {
-        springls__affine_fit_normal(&place.fit, place.normal, springls__tri_normal(own), 0.1 * place.fit.weight);
+        springls__affine_fit_normal(&place.fit, ctx->model.grid.metric, place.normal, springls__tri_normal(own),
+                                    0.1 * place.fit.weight);
         if (springls__affine_fit_solve(&place.fit, &result)) return result;
     }
     return springls__own_correspondence(ctx, springl, x, own);
@@ -34573,7 +34603,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 /* ======== >>place_now  (src/output/place_now.h) ================================================================ */
 /* place_now.h - where material points are now: the inverse of the correspondence. Springls whose correspondences are near a place of the
    original surface give an affine map to the present. It is corrected until the correspondence of the place that it gives, by the
-   quadratic fit of the springls there, is the point that was asked for. */
+   quadratic fit of the springls there, is the point that was asked for. Fits know correspondences on the surface alone: of a point off it
+   the foot is found so, and the map takes the rest along. */
 
 typedef struct springls__place_query {
     const springls_context *ctx;
@@ -34653,11 +34684,12 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, springls__
         springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count < 4) return false;
-    springls__affine_fit_normal(&fit, at->normal, normal_now, 0.1 * fit.weight);
+    springls__affine_fit_normal(&fit, q->ctx->model.grid.metric, at->normal, normal_now, 0.1 * fit.weight);
     return springls__affine_fit_solve(&fit, place);
 }
 
-/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
+/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point along the surface,
+   voxels: across it the fits of springls say nothing. */
 SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, springls__place_search *at, springls__v3 *place)
 {
     const springls_context *ctx = q->ctx;
@@ -34669,6 +34701,7 @@ SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *
         int nearest = springls__nearest_springl_facing(&ctx->model, x, springls__springl_normal(ctx->model.set.s[at->nearest]), 2.0f);
         if (nearest < 0) nearest = at->nearest;
         missing = springls__sub(at->a, springls__correspondence_at(&ctx->model, nearest, x));
+        missing = springls__mad(missing, at->normal, -springls__dot(missing, at->normal));
         if (springls__length(missing) < least) {
             least = springls__length(missing);
             best = x;
@@ -34679,14 +34712,31 @@ SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *
     return least;
 }
 
+/* Moves the point that is asked for to its foot on the original surface. */
+SPRINGLS__FN void springls__take_to_surface(const springls_context *ctx, springls__place_search *at)
+{
+    const springls__surface_hit hit = springls__surface_closest_from(&ctx->original, at->a, FLT_MAX, at->triangle);
+    if (hit.triangle >= 0) at->a = hit.hit.point;
+}
+
+/* Returns the offset from the foot on the original surface to `to`, as it is now. */
+SPRINGLS__FN springls__v3 springls__way_now(const springls__place_query *q, springls__place_search *at, springls__v3 to)
+{
+    springls__v3 here, there;
+    if (!springls__fit_place(q, at, at->a, &here) || !springls__fit_place(q, at, to, &there)) return springls__sub(to, at->a);
+    return springls__sub(there, here);
+}
+
 SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
 {
     const springls__place_query *q = (const springls__place_query *)arg;
     const springls_context *ctx = q->ctx;
     const springls__model *model = &ctx->model;
+    const float tilt = 0.05f; /* error for each voxel off the surface: triangles are tilted against it */
     for (; begin < end; begin++) {
         springls_material_place *out = &q->out[begin];
         springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        const springls__v3 asked = at.a;
         springls__v3 x, n;
         float missed;
         memset(out, 0, sizeof *out);
@@ -34694,9 +34744,10 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
         out->error = FLT_MAX;
         if (at.nearest < 0) continue;
         out->id = model->set.id[at.nearest];
-        missed = springls__invert_correspondence(q, &at, &x);
+        springls__take_to_surface(ctx, &at);
+        missed = springls__invert_correspondence(q, &at, &x) + tilt * springls__length(springls__sub(asked, at.a));
         n = springls__springl_normal(model->set.s[at.nearest]);
-        springls__voxel_to_world(ctx, x, out->place);
+        springls__voxel_to_world(ctx, springls__add(x, springls__way_now(q, &at, asked)), out->place);
         out->error = springls__estimate_error(ctx, x, n, at.a, missed + springls__error_at_birth(model, x, n, at.a, model->set.count),
                                               false).place;
     }
@@ -42317,7 +42368,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */\n",
     "#define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */\n",
     "#define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */\n",
-    "#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__NARROW 0.35f        /* voxel: see springls__find_sides                           */\n",
     "#define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */\n",
     "#define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */\n",
     "#define SPRINGLS__CONCAVE 2\n",
@@ -42490,13 +42541,13 @@ static const char *const springls__kernel_lines[] = {
     "    return sides;\n",
     "}\n",
     "\n",
-    "/* Returns true when the planes of sides s and t meet within SPRINGLS__FIT_RADIUS of them. Those of the two sheets of a thin object, or of\n",
-    "   the walls of a gap, do not. */\n",
+    "/* Returns true when the planes of sides s and t meet nearby: those of sides that face away from each other within\n",
+    "   SPRINGLS__FIT_RADIUS. The two sheets of a thin object do not, nor the walls of a gap. */\n",
     "SPRINGLS__MATHS bool springls__sides_meet(const springls__sides *sides, int s, int t)\n",
     "{\n",
     "    springls__v3 n = sides->normal[s], m = sides->normal[t], d = springls__sub(sides->middle[t], sides->middle[s]);\n",
-    "    float along = springls__dot(n, m), apart = springls__dot(d, springls__sub(n, m));\n",
-    "    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * (1.0f - along * along);\n",
+    "    float sine2 = springls__length2(springls__cross(n, m)), apart = springls__dot(d, springls__sub(n, m));\n",
+    "    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * sine2;\n",
     "}\n",
     "\n",
     "/* Leaves out sides that meet none of the others. A side alone stays. */\n",
@@ -42609,10 +42660,24 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Finds the sides of a set: see springls__find_sides. */\n",
-    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, float narrow, bool certain)\n",
+    "/* Returns true when two surfaces with the unit normals n and m in voxels face elsewhere in the world, by the cosine `alike` or less. */\n",
+    "SPRINGLS__MATHS bool springls__turned_in_world(springls__metric metric, springls__v3 n, springls__v3 m, float alike)\n",
     "{\n",
-    "    return springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);\n",
+    "    return springls__metric_product(metric, n, m) < alike * springls__world_slope(metric, n) * springls__world_slope(metric, m);\n",
+    "}\n",
+    "\n",
+    "/* Finds the sides of a set: see springls__find_sides. In voxels that are longer along one axis a ball bends as sharply as a crease: there\n",
+    "   sides have to differ in the world too. */\n",
+    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *samples, springls__metric metric, float narrow,\n",
+    "                                                           bool certain)\n",
+    "{\n",
+    "    springls__sides sides = springls__find_sides(samples->p, samples->n, samples->weight, samples->count, narrow, certain);\n",
+    "    int i, j;\n",
+    "    if (springls__is_uniform(metric) || sides.count < 2) return sides;\n",
+    "    for (i = 1; i < sides.count; i++)\n",
+    "        for (j = 0; j < i; j++)\n",
+    "            if (!springls__turned_in_world(metric, sides.normal[i], sides.normal[j], SPRINGLS__APART)) sides.count = 0;\n",
+    "    return sides;\n",
     "}\n",
     "\n",
     "/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the\n",
@@ -42720,7 +42785,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);\n",
     "    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];\n",
     "    if (edges == 0) return false;\n",
-    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
+    "    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
     "    *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    return result->ok;\n",
@@ -42749,9 +42814,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the signed height of x over the sides about it; weight 0 if the sides are not clear. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__v3 x)\n",
+    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *samples, springls__metric metric, springls__v3 x)\n",
     "{\n",
-    "    springls__sides sides = springls__sample_set_sides(samples, 0.0f, false), known;\n",
+    "    springls__sides sides = springls__sample_set_sides(samples, metric, 0.0f, false), known;\n",
     "    float height[SPRINGLS__SIDES];\n",
     "    springls__estimate all, one;\n",
     "    springls__v3 p[SPRINGLS__SIDES];\n",
@@ -42866,7 +42931,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__edge_candidate(model)[i]) return;\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
     "    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);\n",
-    "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);\n",
+    "    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);\n",
     "    if (sides.count < 2) return;\n",
     "    fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,\n",
     "                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
@@ -42886,7 +42951,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9590 \"springls.h\"\n",
+    "#line 9604 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -42982,7 +43047,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9687 \"springls.h\"\n",
+    "#line 9701 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43103,7 +43168,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9809 \"springls.h\"\n",
+    "#line 9823 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43384,7 +43449,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10091 \"springls.h\"\n",
+    "#line 10105 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43470,7 +43535,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10178 \"springls.h\"\n",
+    "#line 10192 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43613,7 +43678,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10322 \"springls.h\"\n",
+    "#line 10336 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43802,7 +43867,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10512 \"springls.h\"\n",
+    "#line 10526 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -43927,7 +43992,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10638 \"springls.h\"\n",
+    "#line 10652 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -43961,7 +44026,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10673 \"springls.h\"\n",
+    "#line 10687 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44255,7 +44320,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (weight > 0.0f) springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
     "    }\n",
-    "    return springls__edge_distance(&samples, x);\n",
+    "    return springls__edge_distance(&samples, model->grid.metric, x);\n",
     "}\n",
     "\n",
     "/* Returns whether some springl faces against the mean normal of the sums at voxel x and has x on the same side as they have:\n",
@@ -44499,7 +44564,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11212 \"springls.h\"\n",
+    "#line 11226 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44649,7 +44714,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11363 \"springls.h\"\n",
+    "#line 11377 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44727,7 +44792,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11442 \"springls.h\"\n",
+    "#line 11456 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -44976,7 +45041,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11692 \"springls.h\"\n",
+    "#line 11706 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45201,7 +45266,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11918 \"springls.h\"\n",
+    "#line 11932 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45315,7 +45380,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12033 \"springls.h\"\n",
+    "#line 12047 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45412,7 +45477,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12131 \"springls.h\"\n",
+    "#line 12145 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -45950,7 +46015,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12670 \"springls.h\"\n",
+    "#line 12684 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -45983,7 +46048,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12704 \"springls.h\"\n",
+    "#line 12718 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46008,14 +46073,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12730 \"springls.h\"\n",
+    "#line 12744 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12737 \"springls.h\"\n",
+    "#line 12751 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46030,7 +46095,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12753 \"springls.h\"\n",
+    "#line 12767 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46156,7 +46221,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12879 \"springls.h\"\n",
+    "#line 12893 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46171,7 +46236,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12894 \"springls.h\"\n",
+    "#line 12908 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46297,7 +46362,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13021 \"springls.h\"\n",
+    "#line 13035 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46589,7 +46654,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13314 \"springls.h\"\n",
+    "#line 13328 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46725,7 +46790,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18060 \"springls.h\"\n",
+    "#line 18074 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47836,7 +47901,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19172 \"springls.h\"\n",
+    "#line 19186 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48463,7 +48528,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19800 \"springls.h\"\n",
+    "#line 19814 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49060,7 +49125,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49064 \"springls.h\"\n",
+    "#line 49129 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -215,7 +215,7 @@ chosen = $(if $(filter quick,$(TESTS)),$(1),$(if $(filter rest,$(TESTS)),$(filte
 STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve rebuild fill_gaps unsigned_to_signed track)
 JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre examples/test_cohort examples/test_image_reports)
 # Those of morph ask the glTF validator, which comes by npm, and the others take long.
-LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,chunk_lod determinism mesh_parts metric more_lives nearby top_table) \
+LATER_TESTS   = $(JUDGED_TESTS) $(addprefix unit/test_,chunk_lod determinism mesh_parts metric metric_reads more_lives nearby top_table) \
                 $(filter $(addprefix examples/test_,atlas% contour csg foam mend morph morph_files register rig track viewer viewer_events viewer_tools),$(EXAMPLE_TESTS))
 
 ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python examples/test_pages) \

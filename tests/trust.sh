@@ -62,7 +62,8 @@ threads_tasks tiling_count tiling_label tiling_last_error tiling_memory_used til
 for call in $(sed -n 's/^SPRINGLS_API .*[ *]springls_\([a-z_]*\)(.*/\1/p' src/interface/api.h); do
     case " $(echo $no_metric) " in
         *" $call "*) ;;
-        *) check "no tests/unit/test_metric*.c runs springls_$call on other grids" grep -qw "springls_$call" tests/unit/test_metric*.c tests/unit/metric_grids.h ;;
+        *) check "no tests/unit/test_metric*.c runs springls_$call on other grids" \
+               grep -qw "springls_$call" tests/unit/test_metric*.c tests/unit/metric_grids.h ;;
     esac
 done
 rm -f "$rows"

@@ -14,7 +14,7 @@
 #define SPRINGLS__SAMPLE_SET_SIZE 96  /* springls about a place, at most                           */
 #define SPRINGLS__APART 0.64f         /* cosine of 50 degrees: sides of a crease differ by more    */
 #define SPRINGLS__TOGETHER 0.95f      /* cosine of 18 degrees: springls of one side differ by less */
-#define SPRINGLS__NARROW 0.15f        /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.35f        /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f          /* cosine: the other sheet of a thin object                  */
 #define SPRINGLS__CONVEX 1            /* kinds of edges, as bits                                   */
 #define SPRINGLS__CONCAVE 2
@@ -187,13 +187,13 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
     return sides;
 }
 
-/* Returns true when the planes of sides s and t meet within SPRINGLS__FIT_RADIUS of them. Those of the two sheets of a thin object, or of
-   the walls of a gap, do not. */
+/* Returns true when the planes of sides s and t meet nearby: those of sides that face away from each other within
+   SPRINGLS__FIT_RADIUS. The two sheets of a thin object do not, nor the walls of a gap. */
 SPRINGLS__MATHS bool springls__sides_meet(const springls__sides *sides, int s, int t)
 {
     springls__v3 n = sides->normal[s], m = sides->normal[t], d = springls__sub(sides->middle[t], sides->middle[s]);
-    float along = springls__dot(n, m), apart = springls__dot(d, springls__sub(n, m));
-    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * (1.0f - along * along);
+    float sine2 = springls__length2(springls__cross(n, m)), apart = springls__dot(d, springls__sub(n, m));
+    return apart * apart <= 4.0f * SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS * sine2;
 }
 
 /* Leaves out sides that meet none of the others. A side alone stays. */

@@ -86,7 +86,7 @@ SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, springls__
         springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count < 4) return false;
-    springls__affine_fit_normal(&fit, at->normal, normal_now, 0.1 * fit.weight);
+    springls__affine_fit_normal(&fit, q->ctx->model.grid.metric, at->normal, normal_now, 0.1 * fit.weight);
     return springls__affine_fit_solve(&fit, place);
 }
 
@@ -121,7 +121,7 @@ SPRINGLS__FN void springls__take_to_surface(const springls_context *ctx, springl
     if (hit.triangle >= 0) at->a = hit.hit.point;
 }
 
-/* Returns the way that has led from the foot on the original surface to `to`, as it is now. */
+/* Returns the offset from the foot on the original surface to `to`, as it is now. */
 SPRINGLS__FN springls__v3 springls__way_now(const springls__place_query *q, springls__place_search *at, springls__v3 to)
 {
     springls__v3 here, there;
@@ -134,7 +134,7 @@ SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
     const springls__place_query *q = (const springls__place_query *)arg;
     const springls_context *ctx = q->ctx;
     const springls__model *model = &ctx->model;
-    const float tilt = 0.05f; /* of triangles against the surface, on which the way off it depends */
+    const float tilt = 0.05f; /* error for each voxel off the surface: triangles are tilted against it */
     for (; begin < end; begin++) {
         springls_material_place *out = &q->out[begin];
         springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));

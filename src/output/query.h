@@ -194,10 +194,12 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
     fit->count++;
 }
 
-/* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
-SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
+/* Adds the equation that A maps the unit way along one normal, in the world, to that along the other: neighbors in a plane do not
+   determine it. */
+SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__metric metric, springls__v3 n, springls__v3 n_a,
+                                              double weight)
 {
-    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
+    springls__affine_fit_equations(fit, 0.0, springls__along_normal(metric, n), springls__along_normal(metric, n_a), weight);
 }
 
 /* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
@@ -288,7 +290,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     place.radius = 2.5f * springls__max(1.0f, s->bounding_radius);
     springls__place_fit_around(&place, cells);
     if (place.fit.count >= 4) {
-        springls__affine_fit_normal(&place.fit, place.normal, springls__tri_normal(own), 0.1 * place.fit.weight);
+        springls__affine_fit_normal(&place.fit, ctx->model.grid.metric, place.normal, springls__tri_normal(own),
+                                    0.1 * place.fit.weight);
         if (springls__affine_fit_solve(&place.fit, &result)) return result;
     }
     return springls__own_correspondence(ctx, springl, x, own);

@@ -125,7 +125,7 @@ morph-pairs: deps-examples   ## every character of CHARACTERS=DIR becomes every 
 	    -- --frames 40 --blend 24
 
 rigs: deps-examples   ## rig beside the artists' joints of CHARACTERS=DIR (FETCH=1: characters of Debian's packages too, 1.4 GB)
-	@$(MAKE) --no-print-directory build/rig
+	@$(MAKE) --no-print-directory build/rig >&2
 	@mkdir -p build/bench/characters
 	@cp -u $(or $(CHARACTERS),$(SPRINGLS_DATA)/rigged)/*.glb build/bench/characters
 	@$(if $(FETCH),tests/bench/rigs.py --fetch build/bench/characters)

@@ -79,7 +79,7 @@ SPRINGLS__CURVATURE_SPAN        1.5f    kernels_embed/stages/advect.h        num
 max_offset                      0.25    src/stages/volume_lock.h             number  smooth
 SPRINGLS__APART                 0.64f   kernels_embed/stages/keep_edges.h    cosine  zalesak
 SPRINGLS__TOGETHER              0.95f   kernels_embed/stages/keep_edges.h    cosine  zalesak
-SPRINGLS__NARROW                0.15f   kernels_embed/stages/keep_edges.h    number  zalesak
+SPRINGLS__NARROW                0.35f   kernels_embed/stages/keep_edges.h    number  zalesak
 SPRINGLS__AWAY                  -0.5f   kernels_embed/stages/keep_edges.h    cosine  zalesak
 SPRINGLS__TRIES                 6       kernels_embed/stages/keep_edges.h    count   zalesak
 tolerance                       0.02f   src/input/initial_edges.h            number  zalesak
