@@ -482,9 +482,11 @@ static bool warn_of_hollow(const struct mend *m)
     if (!(m->skin.hollow > 0.0)) {
         return false;
     }
+    const double fills = ceil(10.0 * (double)m->skin.fills) / 10.0, most = 64.0; /* that --opening takes */
     fprintf(stderr, "mend: warning: %s: it stays hollow through narrow openings, which leaves %.0f %% or more of what it encloses empty: "
-                    "--opening %.2g fills it, %.2g is what was taken\n",
-            m->input, 100.0 * m->skin.hollow, (double)m->skin.fills, (double)m->skin.opening);
+                    "--opening %.1f %s, %.1f is what was taken\n",
+            m->input, 100.0 * m->skin.hollow, fmin(fills, most), fills > most ? "fills more of it" : "fills it",
+            (double)m->skin.opening);
     return true;
 }
 

@@ -447,11 +447,11 @@ class Model:
         return out
 
     def to_voxel(self, points):
-        """Converts places of the world, (n, 3), to voxels. Functions that the model calls may use it."""
+        """Converts places of the world, (n, 3), to voxels. Functions that the model calls may use it, but not while a tiling steps."""
         return self._convert(_lib.springls_to_voxel, points)
 
     def to_world(self, points):
-        """Converts places in voxels, (n, 3), to the world. Functions that the model calls may use it."""
+        """Converts places in voxels, (n, 3), to the world. Functions that the model calls may use it, but not while a tiling steps."""
         return self._convert(_lib.springls_to_world, points)
 
     def _each(self, call, dtype, kind):

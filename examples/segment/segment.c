@@ -246,7 +246,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
          0, 1e6, NULL},
         {"init-mesh", CLI_STRING, &set->init_mesh, "FILE", "mesh to start from, mm", 0, 0, NULL},
         {"clear-edges", CLI_FLAG, &set->clear_edges, NULL,
-         "start without the parts that reach an edge of the image's box, such as the air around a body", 0, 0, NULL},
+         "start without the parts that reach one of the twelve edges of the image's box, such as the air around a body", 0, 0, NULL},
         {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
 
         /* the run */

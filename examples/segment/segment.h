@@ -122,7 +122,8 @@ bool segment_cut(struct segment *run, struct volume *start); /* -0.5 inside, 0.5
 
 /* forces.c: the forces on the contour on the present grid. */
 bool segment_forces_enter(struct segment *run, float side);
-bool segment_forces_update(struct segment *run); /* updates the region's means from the contour in grid.data */
+/* Updates the region's means from the contour in grid.data. Without a region force: once a grid. */
+bool segment_forces_update(struct segment *run);
 springls_forces segment_forces(struct segment *run); /* with curvature */
 /* Computes the same forces without curvature at points in the model's voxels; call segment_forces first. */
 void segment_speed(struct segment *run, const float *points, const float *normals, int count, float *out);

@@ -240,13 +240,25 @@ def measure(report, template, pairs):
 
 
 def run(settings, path, template, options, report):
+    """Returns why it failed; None: it did not."""
     command = [settings.rig, path, "--template", template, "--json", report.with_suffix(".part"), "--out", report.with_suffix(""),
                "--quiet", *options]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode == 0:
         report.with_suffix(".part").rename(report)
-    else:
-        report.write_text(json.dumps({"failed": done.stderr.strip().splitlines()[-1]}))
+        return None
+    report.unlink(missing_ok=True)
+    return (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
+
+
+def is_fresh(report, settings, path):
+    """Whether a report is newer than what it was made of: the program, its templates, the character."""
+    made_of = [pathlib.Path(settings.rig), path, *pathlib.Path("examples/rig").glob("*.json")]
+    return report.exists() and report.stat().st_mtime >= max(part.stat().st_mtime for part in made_of)
+
+
+def mean_of(means, tuned):
+    return f"{sum(means[tuned]) / len(means[tuned]):.1f} % of {len(means[tuned])}" if tuned in means else "none"
 
 
 def plot(path, points):
@@ -289,30 +301,33 @@ def main():
     settings = parser.parse_args()
     if settings.fetch:
         return fetch(settings.folder)
+    if not settings.out:
+        parser.error("OUT is wanted")
     settings.out.mkdir(parents=True, exist_ok=True)
     print("| character | family | mean | worst | joint | sides swapped | cost | confidence |")
     print("|---|---|---|---|---|---|---|---|")
-    points, means, worsts, swaps = [], {}, [], 0
+    points, means, worsts, swaps, failed = [], {}, [], 0, 0
     for name, kind, options in CHARACTERS:
         path, report = settings.folder / name, settings.out / f"{pathlib.Path(name).stem}.json"
         unwanted = settings.only not in name or not FAMILIES[kind][0].startswith(settings.family)
         if not path.exists() or unwanted:
             continue
         template, pairs = FAMILIES[kind]
-        fresh = report.exists() and report.stat().st_mtime >= pathlib.Path(settings.rig).stat().st_mtime
-        if not settings.table and not fresh:
-            run(settings, path, template, options, report)
-        result = json.loads(report.read_text()) if report.exists() else {"failed": "not run"}
-        if "failed" in result:
-            print(f"| {name} | {kind} | {result['failed']} |")
+        failure = None
+        if not settings.table and not is_fresh(report, settings, path):
+            failure = run(settings, path, template, options, report)
+        if failure or not report.exists():
+            print(f"| {name} | {kind} | - | - | {failure or 'not run'} | - | - | - |")
+            failed += 1
             continue
+        result = json.loads(report.read_text())
         errors, swapped = measure(result, template, pairs)
         worst = max(errors, key=errors.get)
-        means.setdefault(kind in TUNED, []).append(sum(errors.values()) / len(errors))
+        mean = sum(errors.values()) / len(errors)
+        means.setdefault(kind in TUNED, []).append(mean)
         worsts.append(errors[worst])
         swaps += swapped
         confidence = ", ".join(f"{limb} {value:.2f}" for limb, value in result["confidence"].items())
-        mean = sum(errors.values()) / len(errors)
         print(f"| {name} | {kind}{'' if kind in TUNED else ' *'} | {mean:.1f} | {errors[worst]:.1f} | {worst} | {swapped} "
               f"| {result['role_cost']:.2f} | {confidence} |", flush=True)
         if settings.joints:
@@ -320,14 +335,12 @@ def main():
         for limb, value in result["confidence"].items():
             of_limb = [error for joint, error in errors.items() if limb_of(joint) == limb]
             points += [(value, max(of_limb), kind in TUNED)] if of_limb else []
-    def mean_of(tuned):
-        return f"{sum(means[tuned]) / len(means[tuned]):.1f} % of {len(means[tuned])}" if tuned in means else "none"
-    print(f"\n{len(worsts)} characters: mean {mean_of(True)} of families on which the templates were chosen, "
-          f"{mean_of(False)} of others (*); "
+    print(f"\n{len(worsts)} characters: mean {mean_of(means, True)} of families on which the templates were chosen, "
+          f"{mean_of(means, False)} of others (*);\n"
           f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped")
     if settings.plot and points:
         plot(settings.plot, points)
-    return 0
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":

@@ -664,7 +664,7 @@ static void place_trunk_joints(struct embed *e)
         }
     }
     const float limbs = fabsf(anchors[1].body - anchors[0].body) / fmaxf(fabsf(anchors[1].rest - anchors[0].rest), 1e-6f);
-    for (int k = 0; k < count; ++k) { /* a head goes with the trunk and not with the neck, which may be as long as a giraffe's */
+    for (int k = 0; k + 1 < count; ++k) { /* a head goes with the trunk and not with the neck, which may be as long as a giraffe's */
         if (s->joints[joints[k]].place == PLACE_SHARE && rest[k] > last) {
             const float middle = 0.5f * (last_body + length);
             anchors[anchor_count].rest = rest[k];

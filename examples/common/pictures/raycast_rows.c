@@ -11,7 +11,7 @@ struct projection {
     bool whole; /* reaches behind the eye: may be anywhere */
 };
 
-/* Comparisons are inlined, which fmin and fmax are not; of b that is no number, a. */
+/* Comparisons are inlined, which fmin and fmax are not; if b is NaN, a. */
 static double least(double a, double b) { return b < a ? b : a; }
 static double most(double a, double b) { return b > a ? b : a; }
 

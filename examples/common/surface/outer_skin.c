@@ -534,7 +534,8 @@ static bool choose_ball(struct finder *f)
     const float spacing = fmaxf(f->spec->spacing, longest / MOST_VOXELS), least = 1.0f, widest_gap = 0.04f; /* share of the size */
     const float given = f->spec->opening * f->spec->spacing / spacing;
     const float most = f->spec->opening > 0.0f ? fmaxf(given, least) : fmaxf(0.5f * widest_gap * longest / spacing, 2.0f * least);
-    const float widest = fmaxf(WIDE * most, 0.1f * longest / spacing); /* that sides are compared by, and openings looked for */
+    const float asked = f->spec->opening > 0.0f ? most : WIDE * most;  /* a given opening asks for no wider ones */
+    const float widest = fmaxf(asked, 0.1f * longest / spacing); /* that sides are compared by, and openings looked for */
     if (!skin_space_make(f->positions, f->indices, f->count, spacing, widest + 1.0f, &f->space)) {
         return false;
     }
