@@ -5,7 +5,8 @@
 #include <stdbool.h>
 
 /* Moves vertices of triangles that cross, or have no area, towards the middle of their neighbors, by at most `furthest` (world units),
- * until there are none, in twelve rounds at most. If no fewer are left then, all stay in their places. Returns false, and changes nothing, if memory is short. */
+ * until there are none, in twelve rounds at most. If no fewer are left then, all stay in their places. Returns false, and changes
+ * nothing, if memory is short. */
 bool mesh_uncross(float *positions, int vertex_count, const int *triangles, int triangle_count, double furthest);
 
 #endif
