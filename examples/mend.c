@@ -530,7 +530,8 @@ static int run(struct mend *m)
         warn_of_texture(m);
     }
     fine = fine && (!m->out || write_solid(m)) && (!m->picture || write_picture(m)) && (!m->common.json || write_json(m, backend));
-    const bool doubtful = fine && (warn_of_losses(m) | warn_of_hollow(m));
+    const bool lost = fine && warn_of_losses(m);
+    const bool doubtful = (fine && warn_of_hollow(m)) || lost;
     const int end = !fine ? CLI_EXIT_FAILURE : doubtful && m->strict ? EXIT_LOSS : CLI_EXIT_OK;
     free_all(m);
     springls_cl_destroy(backend);
