@@ -11975,13 +11975,18 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
     return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;
 }
 
+/* Returns which octant of its brick a voxel lies in. */
+SPRINGLS__MATHS int springls__octant_of(const int voxel[3])
+{
+    return (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
+}
+
 /* Ends the calm of the octant that a place lies in. */
 SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)
 {
-    int voxel[3], octant;
+    int voxel[3];
     springls__voxel_of_place(g, x, voxel);
-    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
-    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant, 0);
+    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + springls__octant_of(voxel), 0);
 }
 
 /* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
@@ -45313,13 +45318,18 @@ static const char *const springls__kernel_lines[] = {
     "    return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;\n",
     "}\n",
     "\n",
+    "/* Returns which octant of its brick a voxel lies in. */\n",
+    "SPRINGLS__MATHS int springls__octant_of(const int voxel[3])\n",
+    "{\n",
+    "    return (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);\n",
+    "}\n",
+    "\n",
     "/* Ends the calm of the octant that a place lies in. */\n",
     "SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    int voxel[3], octant;\n",
+    "    int voxel[3];\n",
     "    springls__voxel_of_place(g, x, voxel);\n",
-    "    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);\n",
-    "    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant, 0);\n",
+    "    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + springls__octant_of(voxel), 0);\n",
     "}\n",
     "\n",
     "/* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
@@ -45380,7 +45390,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12047 \"springls.h\"\n",
+    "#line 12052 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45477,7 +45487,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12145 \"springls.h\"\n",
+    "#line 12150 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46015,7 +46025,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12684 \"springls.h\"\n",
+    "#line 12689 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46048,7 +46058,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12718 \"springls.h\"\n",
+    "#line 12723 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46073,14 +46083,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12744 \"springls.h\"\n",
+    "#line 12749 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12751 \"springls.h\"\n",
+    "#line 12756 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46095,7 +46105,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12767 \"springls.h\"\n",
+    "#line 12772 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46221,7 +46231,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12893 \"springls.h\"\n",
+    "#line 12898 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46236,7 +46246,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12908 \"springls.h\"\n",
+    "#line 12913 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46362,7 +46372,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13035 \"springls.h\"\n",
+    "#line 13040 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46654,7 +46664,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13328 \"springls.h\"\n",
+    "#line 13333 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46790,7 +46800,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18074 \"springls.h\"\n",
+    "#line 18079 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47901,7 +47911,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19186 \"springls.h\"\n",
+    "#line 19191 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48528,7 +48538,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19814 \"springls.h\"\n",
+    "#line 19819 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49125,7 +49135,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49129 \"springls.h\"\n",
+    "#line 49139 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50354,7 +50364,7 @@ SPRINGLS__FN void springls__both_originals_free(springls_context *ctx, springls_
 /* An edit completes the bricks that it has changed, and leaves bricks that earlier edits have woken to the next step. So an edit costs
    what it cuts, however many edits came before it without a step between. */
 
-/* Keeps the counts of calm steps of all slots, and the bricks of the slots, while a combination or a pass over its gaps counts anew. */
+/* Keeps the counts of calm steps of all slots, and the bricks of the slots, while a combination counts anew. */
 typedef struct springls__calm_aside { springls__buffer calm, bricks; int slot_count; } springls__calm_aside;
 
 /* Puts the counts of calm steps aside, so that the whole model is asleep: what is done next wakes only what it changes. Does nothing if
@@ -50391,94 +50401,116 @@ SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__cal
     springls__buffer_free(ctx, &aside->bricks);
 }
 
+/* ---- what a change reaches ---- */
+
+/* Voxels: a springl further from all that come, go or move finds the seed and the edge that it found before. A seed lies within SEED_RANGE,
+   and is fitted to springls within FIT_RADIUS or, as a distance, PROJECT_RADIUS of it. */
+#define SPRINGLS__CHANGE_REACH (SPRINGLS__SEED_RANGE + SPRINGLS__FIT_RADIUS + 0.05f)
+
+/* Makes marks, none of them set, for changes in a box. */
+SPRINGLS__FN springls_status springls__change_marks_begin(springls_context *ctx, springls__cell_marks *marks, springls__box box)
+{
+    const float scale = 0.5f, beside = SPRINGLS__CHANGE_REACH + 2.0f; /* cells a voxel; voxels: the border cells are free */
+    return springls__cell_marks_begin(ctx, marks,
+                                      springls__v3_make(box.lower.x - beside, box.lower.y - beside, box.lower.z - beside),
+                                      springls__v3_make(box.upper.x + beside, box.upper.y + beside, box.upper.z + beside), scale);
+}
+
+SPRINGLS__FN void springls__mark_change(const springls__cell_marks *marks, springls__v3 p)
+{
+    springls__mark_cells_around(marks, p, SPRINGLS__CHANGE_REACH);
+}
+
+/* Marks what the springls from number `first` on, which are new, reach. */
+SPRINGLS__FN springls_status springls__mark_new_springls(springls_context *ctx, springls__cell_marks *marks, int first)
+{
+    const springls__springl *s = ctx->model.set.s;
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = first; i < ctx->model.set.count; i++) box = springls__box_add(box, s[i].p);
+    SPRINGLS__TRY(springls__change_marks_begin(ctx, marks, box));
+    for (i = first; i < ctx->model.set.count; i++) springls__mark_change(marks, s[i].p);
+    return SPRINGLS_OK;
+}
+
+/* Lets the springls sleep that no change reaches. */
+SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls__cell_marks *marks)
+{
+    const springls__springl *s = ctx->model.set.s;
+    uint8_t *asleep = ctx->model.cells.asleep;
+    int i;
+    for (i = 0; i < ctx->model.cells.asleep_count; i++)
+        if (!asleep[i]) asleep[i] = !springls__visit_cells(marks, s[i].p, s[i].p, false);
+}
+
 /* ---- gaps ---- */
 
-/* Which bricks are awake, put aside while fewer of them are to be. */
+/* Who is awake, put aside while fewer are to be. */
 typedef struct springls__awake_aside {
-    springls__calm_aside calm;
-    springls__buffer awake, bricks; /* awake and near_awake of each slot; the bricks that they had */
-    springls__buffer asleep;        /* of each springl                                             */
+    springls__buffer awake;  /* of each slot    */
+    springls__buffer asleep; /* of each springl */
     int slot_count, count, asleep_count, some_asleep;
-    bool at_rest;
 } springls__awake_aside;
 
 SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, springls__awake_aside *aside)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const size_t slot_count = (size_t)g->slot_count, count = (size_t)ctx->model.set.count;
+    const springls__model *model = &ctx->model;
+    const int slot_count = model->grid.slot_count, count = model->set.count;
+    uint8_t *awake, *asleep;
+    int i;
     if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, 2 * slot_count, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slot_count, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->asleep, count, 1, 0));
-    aside->asleep_count = ctx->model.cells.asleep_count;
-    springls__find_sleepers(ctx);
-    memcpy(aside->awake.data, g->awake, slot_count);
-    memcpy((uint8_t *)aside->awake.data + slot_count, g->near_awake, slot_count);
-    memcpy(aside->bricks.data, g->slot_brick, slot_count * sizeof(int));
-    memcpy(aside->asleep.data, ctx->model.cells.asleep, count);
-    aside->slot_count = g->slot_count;
-    aside->count = ctx->model.set.count;
-    aside->some_asleep = g->some_asleep;
-    aside->at_rest = ctx->at_rest;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->awake, (size_t)slot_count, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->asleep, (size_t)count, 1, 0));
+    awake = (uint8_t *)aside->awake.data;
+    asleep = (uint8_t *)aside->asleep.data;
+    for (i = 0; i < slot_count; i++) /* of a free slot: as of the brick that may come */
+        awake[i] = !model->grid.some_asleep || model->grid.slot_brick[i] < 0 || model->grid.awake[i];
+    for (i = 0; i < count; i++) asleep[i] = springls__is_asleep(model, i);
+    aside->slot_count = slot_count;
+    aside->count = count;
+    aside->asleep_count = model->cells.asleep_count;
+    aside->some_asleep = model->grid.some_asleep;
     return SPRINGLS_OK;
 }
 
-/* Wakes what was awake; bricks that have come since are new, and so awake. */
+/* Wakes what was awake. Bricks and springls that have come since are awake. */
 SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls__awake_aside *aside)
 {
     springls__grid *g = &ctx->model.grid;
-    const uint8_t *awake = (const uint8_t *)aside->awake.data;
-    const int *brick = (const int *)aside->bricks.data;
     int i;
-    for (i = SPRINGLS__FIRST_SLOT; i < g->slot_count; i++) {
-        const bool was_there = i < aside->slot_count && g->slot_brick[i] == brick[i];
-        if (g->slot_brick[i] < 0) continue;
-        g->awake[i] = was_there ? awake[i] : 1;
-        g->near_awake[i] = was_there ? awake[aside->slot_count + i] : 1;
-    }
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
+        if (g->slot_brick[i] >= 0) g->awake[i] = ((const uint8_t *)aside->awake.data)[i];
     memcpy(ctx->model.cells.asleep, aside->asleep.data, (size_t)aside->count);
     ctx->model.cells.asleep_count = aside->asleep_count;
     g->some_asleep = aside->some_asleep;
-    ctx->at_rest = aside->at_rest;
 }
 
-/* Finds which springls are asleep where fewer bricks are awake than before: those that were. */
-SPRINGLS__FN void springls__find_more_sleepers(springls_context *ctx, const springls__awake_aside *aside)
-{
-    const uint8_t *before = (const uint8_t *)aside->asleep.data;
-    springls__model *model = &ctx->model;
-    int i;
-    for (i = 0; i < model->set.count; i++)
-        model->cells.asleep[i] = (i < aside->count && before[i])
-                              || !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
-    model->cells.asleep_count = model->set.count;
-}
-
-/* Wakes the bricks beside the springls from number `first` on, of those that were awake, and lets the others sleep. */
-SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int first, springls__awake_aside *aside)
+/* Lets all sleep but what the springls from number `first` on reach, of that which was awake. */
+SPRINGLS__FN springls_status springls__wake_beside(springls_context *ctx, int first, const springls__awake_aside *aside,
+                                                   springls__cell_marks *marks)
 {
     springls__grid *g = &ctx->model.grid;
-    const uint8_t *awake = (const uint8_t *)aside->awake.data;
-    const int *brick = (const int *)aside->bricks.data;
-    int i;
+    int i, o[3];
     if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
-    springls__put_calm_back(ctx, &aside->calm);
-    SPRINGLS__TRY(springls__put_calm_aside(ctx, &aside->calm));
-    springls__stir(ctx, SPRINGLS__STIR_ALL, first, ctx->model.set.count - first);
-    springls__find_awake_bricks(ctx);
-    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
-        if (g->slot_brick[i] == brick[i]) g->awake[i] &= awake[i];
-    springls__find_more_sleepers(ctx, aside);
+    SPRINGLS__TRY(springls__mark_new_springls(ctx, marks, first));
+    springls__put_awake_back(ctx, aside);
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++) {
+        if (!g->awake[i] || g->slot_brick[i] < 0) continue;
+        springls__slot_origin(g, i, o);
+        g->awake[i] = springls__visit_cells(marks, springls__v3_make((float)o[0], (float)o[1], (float)o[2]),
+                                            springls__v3_make((float)o[0] + 8.0f, (float)o[1] + 8.0f, (float)o[2] + 8.0f), false);
+    }
     g->some_asleep = 1;
+    memset(ctx->model.cells.asleep + aside->count, 0, (size_t)(ctx->model.set.count - aside->count));
+    ctx->model.cells.asleep_count = ctx->model.set.count;
+    springls__sleep_unmarked(ctx, marks);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN void springls__awake_aside_free(springls_context *ctx, springls__awake_aside *aside)
 {
-    springls__calm_aside_free(ctx, &aside->calm);
     springls__buffer_free(ctx, &aside->awake);
     springls__buffer_free(ctx, &aside->asleep);
-    springls__buffer_free(ctx, &aside->bricks);
 }
 
 /* A model that is being completed: ctx->completion. */
@@ -50486,7 +50518,16 @@ typedef struct springls__completion {
     bool project;                  /* projects phi onto the springls too, if params.project_level_set is set */
     int first;                     /* fill_gaps has added the springls from this number on                   */
     springls__awake_aside aside;
+    springls__cell_marks change;   /* what the change reaches; bits NULL: it is not known                    */
+    springls__cell_marks filled;   /* what the springls of the last pass over gaps reach                     */
 } springls__completion;
+
+SPRINGLS__FN void springls__completion_free(springls_context *ctx, springls__completion *completion)
+{
+    springls__awake_aside_free(ctx, &completion->aside);
+    springls__buffer_free(ctx, &completion->change.memory);
+    springls__buffer_free(ctx, &completion->filled.memory);
+}
 
 SPRINGLS__FN springls_status springls__gaps_begin(springls_context *ctx)
 {
@@ -50508,16 +50549,16 @@ SPRINGLS__FN bool springls__fills_again(const springls_context *ctx)
     return springls__round(ctx) < max_passes && springls__has_filled(ctx);
 }
 
-/* Lets all sleep but the bricks beside the springls that the last pass has added: elsewhere the next would find what it has found. */
+/* Lets all sleep but what the springls that the last pass has added reach: elsewhere the next would find what it has found. */
 SPRINGLS__FN springls_status springls__wake_filled(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__wake_beside(ctx, ctx->completion->first, &ctx->completion->aside));
+    springls__completion *c = ctx->completion;
+    SPRINGLS__TRY(springls__wake_beside(ctx, c->first, &c->aside, &c->filled));
     return springls__gaps_begin(ctx);
 }
 
 SPRINGLS__FN springls_status springls__fill_again_end(springls_context *ctx)
 {
-    springls__put_calm_back(ctx, &ctx->completion->aside.calm);
     if (springls__may_sleep(ctx)) springls__put_awake_back(ctx, &ctx->completion->aside);
     return SPRINGLS_OK;
 }
@@ -50550,6 +50591,20 @@ SPRINGLS__FN bool springls__projects_completed(const springls_context *ctx)
     return ctx->completion->project && ctx->model.params.project_level_set;
 }
 
+/* Lets the springls sleep that the change does not reach, while edges and gaps are looked for. */
+SPRINGLS__FN springls_status springls__sleep_beyond_change(springls_context *ctx)
+{
+    if (ctx->completion->change.bits && springls__may_sleep(ctx)) springls__sleep_unmarked(ctx, &ctx->completion->change);
+    return SPRINGLS_OK;
+}
+
+/* Wakes the springls of bricks that are awake: phi follows all of them. */
+SPRINGLS__FN springls_status springls__wake_in_bricks(springls_context *ctx)
+{
+    if (ctx->completion->change.bits && springls__may_sleep(ctx)) springls__find_sleepers(ctx);
+    return SPRINGLS_OK;
+}
+
 static const springls__entry springls__complete[] = {
     SPRINGLS__DO(springls__completion_begin)
     SPRINGLS__REPEAT_WHILE(springls__sweeps_band)
@@ -50557,9 +50612,11 @@ static const springls__entry springls__complete[] = {
         SPRINGLS__SWAP(ARRAY_PHI, ARRAY_PHI_NEXT)
     SPRINGLS__END
     SPRINGLS__CALL(springls__band_follow)
+    SPRINGLS__DO(springls__sleep_beyond_change)
     SPRINGLS__IF(springls__finds_edges) SPRINGLS__CALL(springls__find_edges) SPRINGLS__END
     SPRINGLS__CALL(springls__fill_every_gap)
     SPRINGLS__IF(springls__finds_edges) SPRINGLS__CALL(springls__find_edges) SPRINGLS__END
+    SPRINGLS__DO(springls__wake_in_bricks)
     SPRINGLS__IF(springls__projects_completed) SPRINGLS__CALL(springls__project_level_set) SPRINGLS__END
     SPRINGLS__DO(springls__mark_phi_synced)
 SPRINGLS__END };
@@ -50573,7 +50630,7 @@ SPRINGLS__FN springls_status springls__run_completion(springls_context *ctx, con
     ctx->completion = &completion;
     status = springls__run_table(ctx, table);
     ctx->completion = NULL;
-    springls__awake_aside_free(ctx, &completion.aside);
+    springls__completion_free(ctx, &completion);
     return status;
 }
 
@@ -50765,7 +50822,7 @@ SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other
     return other_slot == (operation == SPRINGLS_OPERATION_INTERSECTION ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE);
 }
 
-/* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
+/* Computes phi of the result in the active brick of an entry, into phi_next; ends the calm of the octants that change. */
 SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
 {
     const int slot = g->top[entry];
@@ -50783,7 +50840,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
         springls__voxel_of_brick(o, v, at);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
-        if (out[v] != phi[v]) springls__end_calm(g, slot);
+        if (out[v] != phi[v]) g->calm[slot * SPRINGLS__OCTANTS + springls__octant_of(at)] = 0;
     }
 }
 
@@ -51108,7 +51165,9 @@ SPRINGLS__FN springls_status springls__model_saved(springls_context *ctx)
 SPRINGLS__FN springls_status springls__combine_grids(springls_context *ctx)
 {
     ctx->reference_stamp = 0;
-    return springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid);
+    SPRINGLS__TRY(springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid));
+    if (springls__may_sleep(ctx)) springls__rest_all(ctx); /* the new bricks too, which wake where phi changes */
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
@@ -51207,6 +51266,18 @@ SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
 
 /* ---- springls ---- */
 
+/* Marks what is near springls of this model that do not stay. Those lie about the other's, or nothing does that stays. */
+SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const uint8_t *kept = (const uint8_t *)c->kept[0].data;
+    int i;
+    SPRINGLS__TRY(springls__change_marks_begin(ctx, &c->completion.change, c->box[1]));
+    for (i = 0; i < c->count; i++)
+        if (kept[i] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
+    return SPRINGLS_OK;
+}
+
 /* Removes the springls of this model that do not stay. */
 SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
 {
@@ -51257,6 +51328,8 @@ SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
 SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
+    int i;
+    for (i = c->staying; i < ctx->model.set.count; i++) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
     springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
     if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
     if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
@@ -51337,6 +51410,7 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__take_originals)
     SPRINGLS__DO(springls__add_references)
     SPRINGLS__DO(springls__take_references)
+    SPRINGLS__DO(springls__mark_cut)
     SPRINGLS__DO(springls__remove_cut)
     SPRINGLS__DO(springls__pull_own)
     SPRINGLS__REPEAT_WHILE(springls__takes_more) SPRINGLS__DO(springls__take_some) SPRINGLS__END
@@ -51378,7 +51452,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
     springls__buffer_free(ctx, &c->kept[0]);
     springls__buffer_free(ctx, &c->kept[1]);
     springls__calm_aside_free(ctx, &c->aside);
-    springls__awake_aside_free(ctx, &c->completion.aside);
+    springls__completion_free(ctx, &c->completion);
     springls_destroy(ctx->step.owned);
     ctx->step.owned = NULL;
     springls__release(ctx, c, sizeof *c);

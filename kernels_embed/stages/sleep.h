@@ -50,13 +50,18 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
     return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;
 }
 
+/* Returns which octant of its brick a voxel lies in. */
+SPRINGLS__MATHS int springls__octant_of(const int voxel[3])
+{
+    return (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
+}
+
 /* Ends the calm of the octant that a place lies in. */
 SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)
 {
-    int voxel[3], octant;
+    int voxel[3];
     springls__voxel_of_place(g, x, voxel);
-    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
-    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant, 0);
+    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + springls__octant_of(voxel), 0);
 }
 
 /* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end

@@ -213,7 +213,7 @@ SPRINGLS__FN bool springls__leaves_brick(springls_operation operation, int other
     return other_slot == (operation == SPRINGLS_OPERATION_INTERSECTION ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE);
 }
 
-/* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
+/* Computes phi of the result in the active brick of an entry, into phi_next; ends the calm of the octants that change. */
 SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
 {
     const int slot = g->top[entry];
@@ -231,7 +231,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
         springls__voxel_of_brick(o, v, at);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
-        if (out[v] != phi[v]) springls__end_calm(g, slot);
+        if (out[v] != phi[v]) g->calm[slot * SPRINGLS__OCTANTS + springls__octant_of(at)] = 0;
     }
 }
 
@@ -556,7 +556,9 @@ SPRINGLS__FN springls_status springls__model_saved(springls_context *ctx)
 SPRINGLS__FN springls_status springls__combine_grids(springls_context *ctx)
 {
     ctx->reference_stamp = 0;
-    return springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid);
+    SPRINGLS__TRY(springls__bricks_of_both(ctx, &ctx->step.combination->other->model.grid));
+    if (springls__may_sleep(ctx)) springls__rest_all(ctx); /* the new bricks too, which wake where phi changes */
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__add_originals(springls_context *ctx)
@@ -655,6 +657,18 @@ SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
 
 /* ---- springls ---- */
 
+/* Marks what is near springls of this model that do not stay. Those lie about the other's, or nothing does that stays. */
+SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const uint8_t *kept = (const uint8_t *)c->kept[0].data;
+    int i;
+    SPRINGLS__TRY(springls__change_marks_begin(ctx, &c->completion.change, c->box[1]));
+    for (i = 0; i < c->count; i++)
+        if (kept[i] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
+    return SPRINGLS_OK;
+}
+
 /* Removes the springls of this model that do not stay. */
 SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
 {
@@ -705,6 +719,8 @@ SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
 SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
+    int i;
+    for (i = c->staying; i < ctx->model.set.count; i++) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
     springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
     if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
     if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
@@ -785,6 +801,7 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__take_originals)
     SPRINGLS__DO(springls__add_references)
     SPRINGLS__DO(springls__take_references)
+    SPRINGLS__DO(springls__mark_cut)
     SPRINGLS__DO(springls__remove_cut)
     SPRINGLS__DO(springls__pull_own)
     SPRINGLS__REPEAT_WHILE(springls__takes_more) SPRINGLS__DO(springls__take_some) SPRINGLS__END
@@ -826,7 +843,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
     springls__buffer_free(ctx, &c->kept[0]);
     springls__buffer_free(ctx, &c->kept[1]);
     springls__calm_aside_free(ctx, &c->aside);
-    springls__awake_aside_free(ctx, &c->completion.aside);
+    springls__completion_free(ctx, &c->completion);
     springls_destroy(ctx->step.owned);
     ctx->step.owned = NULL;
     springls__release(ctx, c, sizeof *c);
