@@ -228,8 +228,8 @@ static bool approach_shape(struct morph *morph, float *model, bool last)
 
 /* ---- one piece ---- */
 
-/* Finds whether the model's surface is not that of one body without hollows and handles; sets `model` to its level set. Voxels that
- * touch at edges only may be connected or not: then the components of the mesh decide. */
+/* Finds whether the model's surface is not that of one body without hollows and handles; sets `model` to its level set. solid_is_whole
+ * takes outside voxels that hang on the rest by an edge for a hollow, which they are not: then the components of the mesh decide. */
 static bool is_damaged(struct morph *morph, float *model, bool *damaged)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);

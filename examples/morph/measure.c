@@ -45,6 +45,16 @@ static bool measure_missing(const struct morph *morph, struct morph_frame *frame
     return good;
 }
 
+/* Measures the model's limbs. */
+static bool measure_limbs(const struct morph *morph, struct morph_frame *frame)
+{
+    float *model = malloc(morph_voxel_count(morph) * sizeof *model);
+    const bool good = (model || morph_no_memory()) && morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
+    if (good) { frame->limb = (double)morph_thinnest_limb(morph, frame->share, model, &frame->limb_joint); }
+    free(model);
+    return good;
+}
+
 /* Leaves specks out of a mesh. Returns how many, -1: memory. */
 static int drop_specks(const struct morph *morph, springls_mesh *mesh)
 {
@@ -70,7 +80,7 @@ static bool measure_mesh(const struct morph *morph, struct morph_frame *frame)
 bool morph_measure(const struct morph *morph, struct morph_frame *frame)
 {
     measure_stray(morph, frame);
-    if (!measure_missing(morph, frame) || !morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh")
+    if (!measure_missing(morph, frame) || !measure_limbs(morph, frame) || !morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh")
         || !morph_look(morph, frame)) {
         return false;
     }

@@ -90,6 +90,8 @@ struct morph_frame {
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
     double worst;         /* largest of those, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
+    double limb;          /* thickness of the limb that is thinnest beside the thinner of both bodies, as a share of that one's */
+    int limb_joint;       /* the joint that moves it, -1: none is thinner */
     double seconds, seconds_skinning, seconds_contour, seconds_target; /* skinning: with the first iteration of the contour */
     int springls, steps; /* steps: of the model, sub-steps counted */
     int64_t split, added, removed;
@@ -102,6 +104,7 @@ struct rod_place {
     int root;           /* the joint out of which its limb grows, -1: both bodies have it */
     float middle[2][3]; /* of the source's limb and of the target's, voxels */
     float radius[2];    /* voxels, 0: the body is not there */
+    float depth[2];     /* voxels: how deep its cross-section is, at most half the narrow band; 0: at a joint, or the body is not there */
 };
 
 struct rods {
@@ -217,6 +220,9 @@ bool morph_make_rods(struct morph *morph); /* of both bodies, while the contexts
 /* Unites a level set with the rods in the present pose. part: 0 the source, 1 the target. */
 void morph_add_rods(const struct morph *morph, float part, float *phi);
 void morph_mark_limbs(struct morph *morph, float part); /* sets morph->limbs along them */
+/* Compares the model's limbs in the present pose, by its level set, with those of both bodies in the neutral pose, place by place along
+ * the bones that both have. Returns the least share of the thinner body's thickness, at most 1. *joint: the bone's, -1: none. */
+float morph_thinnest_limb(const struct morph *morph, float part, const float *model, int *joint);
 
 /* ---- run.c, shape.c, skinning.c, contour.c ---- */
 

@@ -138,6 +138,8 @@ static void report_body(struct json_writer *json, const char *name, const char *
 struct summary {
     int watertight, intersections, min_components, max_components, specks;
     int with_handles; /* frames with more handles than both bodies have in the neutral pose */
+    double limb;      /* the thinnest, as a share of the thinner body's */
+    int limb_joint;   /* the joint that moves it, -1: none */
     double weight_error, off_monotone, seconds, skinning, contour, target, steps;
 };
 
@@ -169,6 +171,10 @@ static struct summary summarize(const struct morph *morph)
         s.with_handles += morph_handles(&frame->check) > own_handles;
         s.min_components = f == 0 || frame->check.components < s.min_components ? frame->check.components : s.min_components;
         s.max_components = frame->check.components > s.max_components ? frame->check.components : s.max_components;
+        if (f == 0 || frame->limb < s.limb) {
+            s.limb = frame->limb;
+            s.limb_joint = frame->limb_joint;
+        }
         s.specks = frame->specks > s.specks ? frame->specks : s.specks;
         s.weight_error = fmax(s.weight_error, frame->weight_error);
         if (f > 0) { /* the first has no active contour */
@@ -227,6 +233,8 @@ static void report_totals(struct json_writer *json, const struct morph *morph)
     json_integer(json, "components_most", s.max_components);
     json_integer(json, "specks_left_out_most", s.specks);
     json_integer(json, "frames_with_more_handles", s.with_handles);
+    json_number(json, "thinnest_limb", s.limb);
+    json_string(json, "thinnest_limb_at", s.limb_joint >= 0 ? morph->target.character.joints[s.limb_joint].name : "");
     json_number(json, "weight_sum_error_max", s.weight_error);
     json_number(json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
     json_number(json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
@@ -245,7 +253,7 @@ static void report_totals(struct json_writer *json, const struct morph *morph)
     json_number(json, "peak_rss_mib", peak_rss_mib());
 }
 
-static void report_frame(struct json_writer *json, const struct morph_frame *frame)
+static void report_frame(struct json_writer *json, const struct morph *morph, const struct morph_frame *frame)
 {
     json_object_begin(json, NULL);
     json_integer(json, "springls", frame->springls);
@@ -259,6 +267,8 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
     json_integer(json, "components", frame->check.components);
     json_integer(json, "specks_left_out", frame->specks);
     json_integer(json, "handles", morph_handles(&frame->check));
+    json_number(json, "thinnest_limb", frame->limb);
+    json_string(json, "thinnest_limb_at", frame->limb_joint >= 0 ? morph->target.character.joints[frame->limb_joint].name : "");
     json_number(json, "volume_voxels", frame->volume);
     json_number(json, "distance_voxels", frame->distance);
     json_number(json, "distance_worst_voxels", frame->stray);
@@ -285,7 +295,7 @@ bool morph_report(const struct morph *morph, const char *path)
     report_totals(&json, morph);
     json_array_begin(&json, "by_frame");
     for (int f = 0; f < morph->frame_count; ++f) {
-        report_frame(&json, &morph->frames[f]);
+        report_frame(&json, morph, &morph->frames[f]);
     }
     json_array_end(&json);
     json_object_end(&json);
@@ -309,6 +319,8 @@ void morph_print(const struct morph *morph)
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
            s.intersections, s.min_components, s.max_components, s.specks);
     printf("%d frames have more handles than both bodies in the neutral pose\n", s.with_handles);
+    printf("the thinnest limb has %.0f %% of the thinner body's thickness%s%s\n", 100.0 * s.limb, s.limb_joint >= 0 ? ", at " : "",
+           s.limb_joint >= 0 ? morph->target.character.joints[s.limb_joint].name : "");
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

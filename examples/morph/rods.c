@@ -14,6 +14,8 @@
 
 #define THICK 1.5f     /* voxels: radius of a rod at most; thin_places.h leaves no limb thinner */
 #define NEARBY 3.0f    /* voxels: what is inside within this distance has its middle taken */
+#define SECTION 0.87f  /* voxels: half the thickness of a cross-section, so that each has voxels all over it */
+#define WITHIN 0.5f    /* voxel: limbs are compared in thickness where their middles are so deep: not beyond their tips */
 #define STEP 1.0f      /* voxels along a bone from place to place */
 #define CLEARANCE 0.9f /* voxels: up to where a rod changes the shape around it */
 #define FADE 5.0f      /* rods are thinner from 1 - 1 / FADE of the way to the target on, and gone there */
@@ -33,6 +35,15 @@ static bool add_place(struct rods *rods, const struct rod_place *place)
     return true;
 }
 
+/* Finds the voxels within NEARBY of a place along an axis, but for the border of the grid. */
+static void range_around(const int size[3], const float place[3], int lo[3], int hi[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        lo[k] = (int)fmaxf(1.0f, ceilf(place[k] - NEARBY));
+        hi[k] = (int)fminf((float)size[k] - 2.0f, floorf(place[k] + NEARBY));
+    }
+}
+
 /* Moves a place, in voxels, to the mean of what is inside around it; along: not in this direction, NULL: in all. Returns the
  * radius of a rod there: 0 where the body is not near. */
 static float center(const int size[3], const float *phi, const float along[3], float place[3])
@@ -40,10 +51,7 @@ static float center(const int size[3], const float *phi, const float along[3], f
     for (int round = 0; round < CENTERINGS; ++round) {
         float sum[3] = {0.0f, 0.0f, 0.0f}, move[3];
         int lo[3], hi[3], count = 0;
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = (int)fmaxf(0.0f, ceilf(place[k] - NEARBY));
-            hi[k] = (int)fminf((float)size[k] - 1.0f, floorf(place[k] + NEARBY));
-        }
+        range_around(size, place, lo, hi);
         for (int z = lo[2]; z <= hi[2]; ++z) {
             for (int y = lo[1]; y <= hi[1]; ++y) {
                 for (int x = lo[0]; x <= hi[0]; ++x) {
@@ -67,6 +75,27 @@ static float center(const int size[3], const float *phi, const float along[3], f
     return fmaxf(0.0f, fminf(THICK, -morph_sample(size, phi, place)));
 }
 
+/* Returns how deep a limb's cross-section is around a place in its middle, and across a direction: the largest depth of its voxels. */
+static float depth_across(const int size[3], const float *phi, const float place[3], const float along[3])
+{
+    float depth = 0.0f;
+    int lo[3], hi[3];
+    range_around(size, place, lo, hi);
+    for (int z = lo[2]; z <= hi[2]; ++z) {
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+            for (int x = lo[0]; x <= hi[0]; ++x) {
+                const float p[3] = {(float)x, (float)y, (float)z};
+                float d[3];
+                vec3_sub(p, place, d);
+                if (vec3_dot(d, d) <= NEARBY * NEARBY && fabsf(vec3_dot(d, along)) <= SECTION) {
+                    depth = fmaxf(depth, -phi[((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x]);
+                }
+            }
+        }
+    }
+    return depth;
+}
+
 /* Finds the middles of both bodies near a place of the neutral pose. */
 static void find_middles(const struct morph *morph, const float *const phi[2], const float place[3], const float along[3],
                          struct rod_place *found)
@@ -74,6 +103,7 @@ static void find_middles(const struct morph *morph, const float *const phi[2], c
     for (int b = 0; b < 2; ++b) {
         morph_to_voxel(&morph->grid, place, found->middle[b]);
         found->radius[b] = center(morph->grid.size, phi[b], along, found->middle[b]);
+        if (along && found->radius[b] >= WITHIN) { found->depth[b] = depth_across(morph->grid.size, phi[b], found->middle[b], along); }
     }
 }
 
@@ -101,7 +131,7 @@ static bool add_bone(struct morph *morph, const float *const phi[2], int from, i
             vec3_add_scaled(ends[0], (float)s / (float)steps, way, at);
             find_middles(morph, phi, at, along, &place);
         } else { /* the joint's own place, which is there already */
-            place = rods->places[to];
+            place = rods->places[to]; /* without a depth */
             place.joint = to;
             place.root = root;
             place.before = steps == 1 ? from : rods->place_count - 1;
@@ -227,4 +257,24 @@ void morph_mark_limbs(struct morph *morph, float part)
         float ends[2][3], radii[2];
         if (pose_rod(morph, &morph->rods.places[n], part, ends, radii)) { solid_mark_way(&grid, ends[0], ends[1], morph->limbs); }
     }
+}
+
+float morph_thinnest_limb(const struct morph *morph, float part, const float *model, int *joint)
+{
+    float thinnest = 1.0f;
+    *joint = -1;
+    for (int n = 0; n < morph->rods.place_count; ++n) {
+        const struct rod_place *place = &morph->rods.places[n];
+        const float thinner = fminf(place->depth[0], place->depth[1]);
+        float ends[2][3], radii[2], along[3];
+        if (place->root >= 0 || thinner <= 0.0f || !pose_rod(morph, place, part, ends, radii)) { continue; }
+        vec3_sub(ends[1], ends[0], along);
+        vec3_normalize(along);
+        const float share = depth_across(morph->grid.size, model, ends[1], along) / thinner;
+        if (share < thinnest) {
+            thinnest = share;
+            *joint = place->joint;
+        }
+    }
+    return thinnest;
 }

@@ -43,7 +43,7 @@ def row(name, r):
         return f"| {name} | {r['failed']} |"
     components = f"{r['components_fewest']} to {r['components_most']}" if r["components_most"] > 1 else "1"
     return (f"| {name} | {r['frames']} | {components} | {r['frames_with_more_handles']} | "
-            f"{r['specks_left_out_most']} | {r['self_intersections']} "
+            f"{100 * r['thinnest_limb']:.0f} % | {r['specks_left_out_most']} | {r['self_intersections']} "
             f"| {r['distance_to_target_mean_voxels']:.3f} | {r['distance_from_target_mean_voxels']:.3f} "
             f"| {r['distance_max_voxels']:.1f} | {r['volume_off_monotone_percent']:.1f} % |")
 
@@ -64,15 +64,16 @@ def main():
     parser.add_argument("--morph", default="build/morph")
     parser.add_argument("--only", default="", help="pairs whose name has this text")
     parser.add_argument("--table", action="store_true", help="prints what is there")
-    own, _, options = " ".join(sys.argv[1:]).partition(" -- ")
-    settings = parser.parse_args(own.split())
-    settings.options = options.split()
+    given = sys.argv[1:]
+    own = given.index("--") if "--" in given else len(given)
+    settings = parser.parse_args(given[:own])
+    settings.options = given[own + 1:]
     settings.out.mkdir(parents=True, exist_ok=True)
     files = [f for f in sorted(settings.characters.glob("*.glb")) if f.stem not in TWINS]
     pairs = [(a, b) for a in files for b in files if a != b and settings.only in f"{a.stem} -> {b.stem}"]
-    print("| pair | frames | components | more handles | specks | crossing | mean to | mean from | largest | volume |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
-    met = shown = frames = handles = 0
+    print("| pair | frames | components | more handles | thinnest limb | specks | crossing | mean to | mean from | largest | volume |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    met = shown = frames = handles = whole = 0
     for source, target in pairs:
         report = settings.out / f"{source.stem}-{target.stem}.json"
         if not settings.table and not is_done(settings, report):
@@ -83,8 +84,10 @@ def main():
             met += good(result)
             frames += result.get("frames", 0)
             handles += result.get("frames_with_more_handles", 0)
+            whole += result.get("thinnest_limb", 0) >= 0.5
             print(row(f"{source.stem} -> {target.stem}", result), flush=True)
-    print(f"\n{met} of {shown} within every goal; {handles} of {frames} frames have more handles than both bodies")
+    print(f"\n{met} of {shown} within every goal; {handles} of {frames} frames have more handles than both bodies; "
+          f"in {whole} pairs no limb is thinner than half of the thinner body's")
     return 0
 
 

@@ -52,6 +52,7 @@ static greatest_test_res check_report(const char *path, int frames, double near)
     ASSERT_EQ(0, (int)number_of(json, "self_intersections"));
     ASSERT_EQ(1, (int)number_of(json, "components_fewest"));
     ASSERT_EQ(0, (int)number_of(json, "frames_with_more_handles"));
+    ASSERT(number_of(json, "thinnest_limb") > 0.5);
     ASSERT(number_of(json, "weight_sum_error_max") < 1e-5);
     ASSERT(number_of(json, "channel_weight_sum_error_max") < 1e-5);
     ASSERT(number_of(json, "channel_weights_from_looked_up_mean_l1") < 0.3);

@@ -130,6 +130,31 @@ TEST a_contour_leaves_one_piece(void)
     PASS();
 }
 
+/* A slanted ring, of voxels that hang together at edges where it is thin, or by faces all around, becomes one piece without a handle. */
+TEST a_contour_cuts_a_slanted_ring(void)
+{
+    for (int thick = 0; thick < 2; ++thick) {
+        struct morph morph = {.settings = {.iterations = 1, .pace = 1.0f, .reach = 60}};
+        springls_measures measures;
+        ASSERT_EQ(SPRINGLS_OK, begin_room(&morph));
+        for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+            const float x = (float)(n % ROOM) - 20, y = (float)(n / ROOM % ROOM) - 20, z = (float)(n / (ROOM * ROOM)) - 20;
+            const float across = sqrtf(0.5f) * (y - z), along = sqrtf(0.5f) * (y + z), around = sqrtf(x * x + along * along) - 10;
+            morph.shape[n] = sqrtf(around * around + across * across) - (thick ? 1.2f : 0.7f) - 0.1f * (x + 10);
+        }
+        ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, morph.shape));
+        ASSERT_EQ(SPRINGLS_OK, springls_copy_level_set(morph.ctx, morph.shape));
+        ASSERT_EQ(SPRINGLS_OK, springls_measure(morph.ctx, &measures));
+        ASSERT(thick ? measures.components == 1 && measures.euler == 0 : measures.components > 1);
+        ASSERT(morph_contour(&morph, false));
+        ASSERT_EQ(SPRINGLS_OK, springls_measure(morph.ctx, &measures));
+        ASSERT_EQ(1, measures.components);
+        ASSERT_EQ(2, measures.euler);
+        end_room(&morph);
+    }
+    PASS();
+}
+
 /* Fills the grid with a block, into which `width` voxels of crevice go from above; width 0: none. */
 static void fill_block(float *phi, float width)
 {
@@ -200,6 +225,31 @@ TEST a_repair_opens_crevices_and_fills_hollows(void)
         ASSERT_EQ(wide, repair.filled > 0);
         ASSERT_EQ(wide, phi[within] < 0.0f);
     }
+    free(phi);
+    PASS();
+}
+
+/* A limb along x that is 3 voxels thick has half of the thickness of the thinner of two bodies of 6 and 8 there; where one of them has no
+ * limb nothing is compared. */
+TEST limbs_are_compared_with_the_thinner_body(void)
+{
+    struct affine still = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    struct rod_place places[2] = {{.joint = 0, .before = -1, .root = -1, .middle = {{10, 20, 20}, {10, 20, 20}}, .radius = {1.5f, 1.5f}},
+                                  {.joint = 0, .before = 0, .root = -1, .middle = {{20, 20, 20}, {20, 20, 20}}, .radius = {1.5f, 1.5f}}};
+    struct morph morph = {.rods = {places, 2, 2}, .skin = &still};
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    int joint = 0;
+    for (int k = 0; k < 3; ++k) morph.grid.size[k] = ROOM, morph.grid.spacing[k] = 1.0;
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        phi[n] = ball_at(p, fmaxf(5, fminf(35, p[0])), 20, 20, 1.5f);
+    }
+    ASSERT_NEAR(1.0, morph_thinnest_limb(&morph, 0.5f, phi, &joint), 0.0);
+    ASSERT_EQ(-1, joint);
+    places[1].depth[0] = 3.0f;
+    places[1].depth[1] = 4.0f;
+    ASSERT_NEAR(0.5, morph_thinnest_limb(&morph, 0.5f, phi, &joint), 1e-6);
+    ASSERT_EQ(0, joint);
     free(phi);
     PASS();
 }
@@ -537,6 +587,8 @@ int main(int argc, char **argv)
     if (!make_folder()) return 1;
     RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(a_contour_leaves_one_piece);
+    RUN_TEST(a_contour_cuts_a_slanted_ring);
+    RUN_TEST(limbs_are_compared_with_the_thinner_body);
     RUN_TEST(a_contour_opens_a_crevice);
     RUN_TEST(a_contour_grows_a_thin_limb);
     RUN_TEST(a_repair_opens_crevices_and_fills_hollows);

@@ -83,6 +83,7 @@ struct growth {
     const unsigned char *limbs; /* NULL: none known */
     float side;
     unsigned char *taken;
+    uint32_t *around; /* of each voxel: those of the 27 around it that are taken */
     struct voxel_heap heap;
     int step[27];
 };
@@ -99,9 +100,7 @@ static bool on_border(const struct solid_grid *grid, int at)
 /* Finds whether a voxel may join the region without a change of topology. */
 static bool may_join(const struct growth *g, int at)
 {
-    uint32_t taken = 0;
-    for (int k = 0; k < 27; ++k) { taken |= (uint32_t)g->taken[at + g->step[k]] << k; }
-    return is_simple(g->side > 0.0f ? taken & ~CENTER : ~taken & ALL & ~CENTER);
+    return is_simple((g->side > 0.0f ? g->around[at] : ~g->around[at]) & ALL & ~CENTER);
 }
 
 /* Takes a voxel, and proposes what is around it and on its side. */
@@ -111,30 +110,47 @@ static void take(struct growth *g, int at)
     for (int k = 0; k < 27; ++k) {
         const int next = at + g->step[k];
         const bool on_side = (g->phi[next] < 0.0f) == (g->side > 0.0f); /* phi 0 is outside */
+        g->around[next] |= 1u << (26 - k);
         if (!g->taken[next] && on_side && g->heap.at[next] < 0 && !on_border(g->grid, next)) {
             voxel_heap_push(&g->heap, next, g->side * g->phi[next] - (g->limbs && g->limbs[next] ? FIRST : 0.0f));
         }
     }
 }
 
-/* Grows the region as far as its topology lets it: from the deepest voxel, or from the grid's border. */
-static void grow(struct growth *g)
+/* Takes the grid's border, and proposes what is beside it and outside. */
+static void take_border(struct growth *g)
 {
     const int count = g->grid->size[0] * g->grid->size[1] * g->grid->size[2];
-    int deepest = -1;
+    for (int n = 0; n < count; ++n) { g->taken[n] = on_border(g->grid, n); }
     for (int n = 0; n < count; ++n) {
-        if (on_border(g->grid, n)) {
-            g->taken[n] = g->side < 0.0f;
-        } else if (g->side > 0.0f && g->phi[n] < 0.0f && (deepest < 0 || g->phi[n] < g->phi[deepest])) {
-            deepest = n;
+        for (int k = 0; k < 27 && !on_border(g->grid, n); ++k) { g->around[n] |= (uint32_t)g->taken[n + g->step[k]] << k; }
+        if (g->around[n] && g->phi[n] >= 0.0f) { voxel_heap_push(&g->heap, n, -g->phi[n]); }
+    }
+}
+
+/* Takes the deepest voxel. */
+static void take_deepest(struct growth *g)
+{
+    const int *size = g->grid->size;
+    int deepest = -1;
+    for (int z = 1; z + 1 < size[2]; ++z) {
+        for (int y = 1; y + 1 < size[1]; ++y) {
+            const int row = (z * size[1] + y) * size[0];
+            for (int n = row + 1; n < row + size[0] - 1; ++n) {
+                if (g->phi[n] < 0.0f && (deepest < 0 || g->phi[n] < g->phi[deepest])) { deepest = n; }
+            }
         }
     }
     if (deepest >= 0) { take(g, deepest); }
-    for (int n = 0; g->side < 0.0f && n < count; ++n) {
-        bool beside = false;
-        if (g->taken[n] || g->phi[n] < 0.0f) { continue; }
-        for (int k = 0; k < 27; ++k) { beside = beside || g->taken[n + g->step[k]]; }
-        if (beside) { voxel_heap_push(&g->heap, n, -g->phi[n]); }
+}
+
+/* Grows the region as far as its topology lets it: from the deepest voxel, or from the grid's border. */
+static void grow(struct growth *g)
+{
+    if (g->side > 0.0f) {
+        take_deepest(g);
+    } else {
+        take_border(g);
     }
     for (int at; (at = voxel_heap_pop(&g->heap)) >= 0;) {
         if (may_join(g, at)) { take(g, at); }
@@ -150,8 +166,10 @@ static bool start_growth(struct growth *g, const struct solid_grid *grid, const 
     g->side = side;
     for (int k = 0; k < 27; ++k) { g->step[k] = k % 3 - 1 + size[0] * (k / 3 % 3 - 1 + size[1] * (k / 9 - 1)); }
     g->taken = calloc((size_t)count, 1);
-    if (!g->taken || !voxel_heap_create(&g->heap, count)) {
+    g->around = calloc((size_t)count, sizeof *g->around);
+    if (!g->taken || !g->around || !voxel_heap_create(&g->heap, count)) {
         free(g->taken);
+        free(g->around);
         return false;
     }
     grow(g);
@@ -162,6 +180,7 @@ static void end_growth(struct growth *g)
 {
     voxel_heap_free(&g->heap);
     free(g->taken);
+    free(g->around);
 }
 
 /* ---- films and cuts ---- */
