@@ -80,7 +80,8 @@ static bool measure_mesh(const struct morph *morph, struct morph_frame *frame)
 bool morph_measure(const struct morph *morph, struct morph_frame *frame)
 {
     measure_stray(morph, frame);
-    if (!measure_missing(morph, frame) || !measure_limbs(morph, frame) || !morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh")
+    if (!measure_missing(morph, frame) || !measure_limbs(morph, frame)
+        || !morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh")
         || !morph_look(morph, frame)) {
         return false;
     }
