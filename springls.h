@@ -19053,6 +19053,32 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
 SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
 SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
 
+/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all
+   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */
+SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)
+{
+    float here = 0.0f, beyond = 0.0f;
+    int k;
+    for (k = 0; k < n; k++) {
+        const springls__hit hit = work->hit[first + k];
+        if (work->group[k] != run && work->group[k] != run + 1) continue;
+        if (at_end ? springls__is_before_edge(hit.t, node) : springls__is_behind_edge(hit.t, node - 1.0f)) return false;
+        if ((hit.t < node) == at_end) here += hit.weight;
+        else beyond += hit.weight;
+    }
+    return at_end ? beyond > here : beyond >= here;
+}
+
+/* Leaves out the runs of an edge, from x on, that are of those before and behind it. Returns how many are left. */
+SPRINGLS__MATHS int springls__runs_within(int first, int n, float x, int runs, springls__line_work *work)
+{
+    int k;
+    if (runs >= 2 && springls__is_beyond_node(first, n, runs - 2, x + 1.0f, true, work)) runs -= 2;
+    if (runs < 2 || !springls__is_beyond_node(first, n, 0, x, false, work)) return runs;
+    for (k = 0; k < n; k++) work->group[k] = work->group[k] < 2 ? -1 : work->group[k] - 2;
+    return runs - 2;
+}
+
 /* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
    inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
@@ -19063,7 +19089,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
     const float x = (float)at[work->axis];
     int n = 0, runs, k;
     while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
-    runs = springls__find_runs(first, n, x, from, to, work);
+    runs = springls__runs_within(first, n, x, springls__find_runs(first, n, x, from, to, work), work);
     if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
         out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
@@ -47778,6 +47804,32 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }\n",
     "SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }\n",
     "\n",
+    "/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all\n",
+    "   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */\n",
+    "SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)\n",
+    "{\n",
+    "    float here = 0.0f, beyond = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < n; k++) {\n",
+    "        const springls__hit hit = work->hit[first + k];\n",
+    "        if (work->group[k] != run && work->group[k] != run + 1) continue;\n",
+    "        if (at_end ? springls__is_before_edge(hit.t, node) : springls__is_behind_edge(hit.t, node - 1.0f)) return false;\n",
+    "        if ((hit.t < node) == at_end) here += hit.weight;\n",
+    "        else beyond += hit.weight;\n",
+    "    }\n",
+    "    return at_end ? beyond > here : beyond >= here;\n",
+    "}\n",
+    "\n",
+    "/* Leaves out the runs of an edge, from x on, that are of those before and behind it. Returns how many are left. */\n",
+    "SPRINGLS__MATHS int springls__runs_within(int first, int n, float x, int runs, springls__line_work *work)\n",
+    "{\n",
+    "    int k;\n",
+    "    if (runs >= 2 && springls__is_beyond_node(first, n, runs - 2, x + 1.0f, true, work)) runs -= 2;\n",
+    "    if (runs < 2 || !springls__is_beyond_node(first, n, 0, x, false, work)) return runs;\n",
+    "    for (k = 0; k < n; k++) work->group[k] = work->group[k] < 2 ? -1 : work->group[k] - 2;\n",
+    "    return runs - 2;\n",
+    "}\n",
+    "\n",
     "/* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are\n",
     "   inside. Returns how many. */\n",
     "SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,\n",
@@ -47788,7 +47840,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float x = (float)at[work->axis];\n",
     "    int n = 0, runs, k;\n",
     "    while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;\n",
-    "    runs = springls__find_runs(first, n, x, from, to, work);\n",
+    "    runs = springls__runs_within(first, n, x, springls__find_runs(first, n, x, from, to, work), work);\n",
     "    if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);\n",
     "    if (runs == 0 && from != to) {\n",
     "        out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);\n",
@@ -47911,7 +47963,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19191 \"springls.h\"\n",
+    "#line 19217 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48538,7 +48590,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19819 \"springls.h\"\n",
+    "#line 19845 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49135,7 +49187,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49139 \"springls.h\"\n",
+    "#line 49191 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

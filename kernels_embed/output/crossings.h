@@ -981,6 +981,32 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
 SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
 SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
 
+/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all
+   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */
+SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)
+{
+    float here = 0.0f, beyond = 0.0f;
+    int k;
+    for (k = 0; k < n; k++) {
+        const springls__hit hit = work->hit[first + k];
+        if (work->group[k] != run && work->group[k] != run + 1) continue;
+        if (at_end ? springls__is_before_edge(hit.t, node) : springls__is_behind_edge(hit.t, node - 1.0f)) return false;
+        if ((hit.t < node) == at_end) here += hit.weight;
+        else beyond += hit.weight;
+    }
+    return at_end ? beyond > here : beyond >= here;
+}
+
+/* Leaves out the runs of an edge, from x on, that are of those before and behind it. Returns how many are left. */
+SPRINGLS__MATHS int springls__runs_within(int first, int n, float x, int runs, springls__line_work *work)
+{
+    int k;
+    if (runs >= 2 && springls__is_beyond_node(first, n, runs - 2, x + 1.0f, true, work)) runs -= 2;
+    if (runs < 2 || !springls__is_beyond_node(first, n, 0, x, false, work)) return runs;
+    for (k = 0; k < n; k++) work->group[k] = work->group[k] < 2 ? -1 : work->group[k] - 2;
+    return runs - 2;
+}
+
 /* Finds the crossings of the edge that begins at node `at`, x along the gathered line, and writes them; from, to: whether its ends are
    inside. Returns how many. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
@@ -991,7 +1017,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
     const float x = (float)at[work->axis];
     int n = 0, runs, k;
     while (first + n < work->hits && n < SPRINGLS__EDGE_HITS && !springls__is_behind_edge(work->hit[first + n].t, x)) n++;
-    runs = springls__find_runs(first, n, x, from, to, work);
+    runs = springls__runs_within(first, n, x, springls__find_runs(first, n, x, from, to, work), work);
     if (runs == 0 && from != to) runs = springls__find_weak_run(first, n, x, from ? 1 : -1, work);
     if (runs == 0 && from != to) {
         out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);

@@ -323,6 +323,28 @@ TEST a_plate_stays_whole(double thickness)
     PASS();
 }
 
+/* A thin sheet that passes through a node is crossed by one of the two edges there: else the other's crossings were a body of their own. */
+TEST a_sheet_through_nodes_is_crossed_once(void)
+{
+    d3 axis = d3_scale(d3_make(0.48, 0.6, 0.64), fixture_pi / 180.0);
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(64, &params);
+    springls_forces forces = fixture_forces(whirl, &axis);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    found f;
+    int i;
+    step.one_to_one = true;
+    ASSERT_OK(make_plate(ctx, 0.1));
+    for (i = 0; i < 40; i++) {
+        ASSERT_OK(springls_step(ctx, &step));
+        CHECK_CALL(extract(ctx, &f));
+        ASSERT_EQ(1, f.report.components);
+        springls_mesh_free(ctx, &f.mesh);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* The two sheets of a plate that has been squeezed are not the sides of a crease, and it keeps its springls through a turn. */
 TEST a_squeezed_plate_keeps_its_springls(double thickness)
 {
@@ -803,6 +825,7 @@ SUITE(contouring)
     RUN_TEST(a_turned_box_has_sharp_edges);
     for (i = 0; i < 14; i++) RUN_TESTp(a_box_on_nodes_has_sharp_edges, besides[i / 2], i % 2);
     for (i = 0; i < 5; i++) RUN_TESTp(a_plate_stays_whole, thickness[i]);
+    RUN_TEST(a_sheet_through_nodes_is_crossed_once);
     for (i = 2; i < 5; i++) RUN_TESTp(a_squeezed_plate_keeps_its_springls, thickness[i]);
     for (i = 0; i < 5; i++) RUN_TESTp(a_plate_without_voxels_is_set, 20.3, i < 4 ? 0.5 * thickness[i + 1] : 0.02);
     RUN_TESTp(a_plate_without_voxels_is_set, 20.0, 1.0);
