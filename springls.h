@@ -41,13 +41,13 @@
    STEP BY STEP
 
      1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
-        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
+        in the world. Units: shapes, forces, meshes and answers are in world units, unless a comment names another: UNITS.
         Hooks for memory, threads, log, progress and trace are optional.
      2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why a description is refused.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
-     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
+     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are of the world, speeds are
+        world units a unit of time; with voxel_units both are of the lattice. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error returns why a call has failed.
@@ -262,13 +262,28 @@
      - The results are those of steps as long as lazy_distance: changes of phi in between, as when two bodies touch and part
        again, are lost.
 
+   UNITS
+
+     world units         shapes, meshes, distances, queries, chunks, components, events, measures, error estimates; forces, their regions
+                         and samples, springls_max_speed, curvature_weight; springls_offset and _smooth; velocity, pressure, region, tension
+                         and held volumes of springls_tiling_step_desc
+     voxels on request   the same of forces and of springls_tiling_step_desc, with voxel_units: batches, velocities, pressures, regions
+     voxels              springls themselves: views, springls_write, springls_set_springls, springls_pack_matrix; dense volumes and phi.
+                         They are the arrays of the model, shown without a copy: springls_to_world and springls_to_voxel convert
+     voxels              what tells how finely a motion or a mesh is made up, and scales with the grid: springls_params,
+                         max_displacement, rest_displacement, reach and tolerance of springls_follow_desc, tolerance of
+                         springls_chunks_desc, rupture_thickness, gaps of springls_tiling_report, largest_displacement of springls_stats
+     smallest spacings   volume_correction of springls_stats, correction of springls_component, errors of springls_lod
+
+   On a grid with spacing 1, origin 0 and no direction both are the same, to the bit.
+
    CURVATURE
 
-   Curvature is div(n), 1/voxel: the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
+   Curvature is div(n): the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
    numbers smooth by it:
 
-     springls_forces.curvature_weight  a force, voxel^2 a unit of time, with either set. A ball of radius R has the radius
-                                       sqrt(R^2 - 4 weight t) after the time t
+     springls_forces.curvature_weight  a force, world unit^2 a unit of time (voxel^2 with voxel_units), with either set. A ball
+                                       of radius R has the radius sqrt(R^2 - 4 weight t) after the time t
      params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
        carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
                                        max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
@@ -279,7 +294,7 @@
    Steps are stable while weight times dt is below about one voxel^2.
 
    Where voxels are longer along one axis, or axes are oblique, curvature is that of the world, and "voxel" above is the smallest
-   spacing: balls stay balls. With world_units the weight is in squared world units. springls_smooth, _offset and volume_lock, distances,
+   spacing: balls stay balls. springls_smooth, _offset and volume_lock, distances,
    gradients, closest points, rays, volumes, areas and error estimates are those of the world too, on every grid. Lengths that
    parameters give (the band, split sizes, topology) are voxels: features have to be as wide as the longest of them.
 
@@ -569,10 +584,10 @@
    advect of a step brings a springl nearer than 16 voxels to the border, the window moves by whole bricks of 8^3 voxels so
    that the model's box is in its middle. springls_window_offset returns how far it has come.
 
-     - World coordinates do not change: shapes, meshes, queries, events and forces with world_units are where they were. Far from
+     - World coordinates do not change: shapes, meshes, queries, events and forces are where they were. Far from
        the origin a float has few digits; voxel coordinates (views, springls_write) keep theirs.
-     - Forces without world_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
-       Their regions, and samples of the model's own grid, are on the lattice too.
+     - Forces with voxel_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
+       Their regions are on the lattice too, as are samples of the model's own grid with all forces.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
@@ -1142,7 +1157,7 @@ extern "C" {
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
      (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
-     where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
+     where springls_desc.grid has placed it (manual, UNITS, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
    - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed if the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
@@ -1578,21 +1593,21 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
    still replace or remove kept springls. */
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
-/* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
+/* ---- >>forces:api: eq. 1 and 2, in world units and world units a unit of time ---------------------------------- */
 
-/* Where the grid has moved (springls_desc.follow), the coordinates of this chapter are lattice coordinates: a move changes nothing
-   that a callback gets. */
+/* With springls_forces.voxel_units "world" in this chapter reads "voxels": lattice coordinates, so that a move of the grid
+   (springls_desc.follow) changes nothing that a callback gets. */
 
-/* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
+/* Evaluates the pressure rho at `count` particles, world coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
    call a function that is given the context it serves, except counts, views, ids, springls_to_voxel and springls_to_world. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+/* Evaluates the velocity sigma at `count` points, world coordinates: 3 floats each. Called like the pressure, and
    twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
-/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
+/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, world coordinates: 12 floats each,
    the row-major 3x4 matrix [A b]; the velocity of a place x of the springl is A x + b. Called like the pressure. */
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
@@ -1604,9 +1619,9 @@ typedef struct springls_batch {
     int count;                    /* of points, one a springl                                                       */
     int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
     float time;                   /* of the Runge-Kutta stage                                                       */
-    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *points;          /* 3 each, world coordinates, as moved by the stage                               */
     const float *normals;         /* 3 each: outward unit normal of the springl                                     */
-    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const float *correspondences; /* 3 each, world coordinates                                                      */
     const int *springls;          /* index of each point's springl, as in views and springls_write                  */
     const uint32_t *ids;          /* its id, as in springls_ids                                                     */
 } springls_batch;
@@ -1615,8 +1630,8 @@ typedef struct springls_batch {
    call. Called like the pressure. */
 typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
 
-/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
-   of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
+/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in world units a unit of
+   time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
@@ -1642,15 +1657,16 @@ typedef struct springls_forces {
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
     float curvature_weight;        /* motion along the normal by this times the level set's curvature, the sum of both principal
-                                      ones (2/R for a ball): positive smooths; 0: none. Squares of the smallest spacing a unit
-                                      of time, for every spacing and direction of the grid                          */
+                                      ones (2/R for a ball): positive smooths; 0: none. World units^2 a unit of time           */
     springls_integrator integrator;
-    bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
-                                      unit of time. true: callbacks get points, normals and correspondences in the world, as
-                                      shapes and meshes are; velocities, pressures and samples are world units a unit of time,
-                                      affine maps are of the world, curvature_weight is in squared world units, and the region
-                                      is a box of the world. Forces then run on the host                            */
-    float region_lower[3], region_upper[3]; /* voxels, or world units as the rest: springls whose particle is outside this box
+    bool voxel_units;              /* false: all of this is of the world, as shapes and meshes are: points, normals, correspondences,
+                                      velocities, pressures, samples, maps, curvature_weight and the region. true: callbacks get
+                                      lattice coordinates, and normals there; velocities, pressures and samples are voxels a unit
+                                      of time, curvature_weight is in squares of the smallest spacing, for every spacing and
+                                      direction of the grid, and the region is a box of the lattice. Where world and lattice are
+                                      the same (spacing 1, origin 0, no direction) this changes nothing, not a bit. Elsewhere
+                                      forces of the world run on the host: a backend's device evaluates those in voxels */
+    float region_lower[3], region_upper[3]; /* springls whose particle is outside this box
                                       when a step or sub-step begins do not move and are not visited: a tool that acts in one
                                       place takes time for the springls there alone. The logger is warned of a box outside the
                                       grid. Both all zero: everywhere                                               */
@@ -1659,7 +1675,7 @@ typedef struct springls_forces {
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
 SPRINGLS_API springls_forces springls_default_forces(void);
 
-/* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
+/* Finds the largest speed of any particle at `time`, in the units of the forces: f_max of section 4.8. NON_FINITE: from a
    force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
@@ -2424,7 +2440,7 @@ typedef springls_film (*springls_film_fn)(void *user, int32_t low, int32_t high,
 
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
-    springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
+    springls_tiling_fn velocity;     /* sigma, world units a unit of time; NULL: none                                */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
     void *user;                      /* handed to all of them                                                        */
     float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
@@ -2435,10 +2451,11 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
-    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
+    float region_lower[3], region_upper[3]; /* world: springls whose particle is outside this box when a step or sub-step begins are not
                                         moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. What is elsewhere
                                         is found by bricks of 8^3 voxels; label 0 takes part where it is touched, and with film all
                                         bodies do. Both all zero: everywhere; they have to be with tension or held volumes */
+    bool voxel_units;                /* true: batches, velocity, pressure and region are in voxels, as with springls_forces.voxel_units */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
@@ -5979,6 +5996,7 @@ typedef struct springls__force_rule {
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
     springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */
+    springls__metric lengths; /* of the displacements that are compared, in smallest spacings; all zero: voxels */
 } springls__force_rule;
 
 /* Returns the velocity at x, linear between the samples of the rule's field. */
@@ -6191,6 +6209,12 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
+/* Returns the square of the length of v by a metric. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(metric_length2)(springls__metric m, SPRINGLS__NUM3 v)
+{
+    return m.xx * v.x * v.x + m.yy * v.y * v.y + m.zz * v.z * v.z + 2.0f * (m.xy * v.x * v.y + m.xz * v.x * v.z + m.yz * v.y * v.z);
+}
+
 /* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
    and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
@@ -6214,6 +6238,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
         springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
+    if (!springls__is_uniform(rule->lengths)) particle2 = SPRINGLS__W(metric_length2)(rule->lengths, d.x[0]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);
@@ -6400,6 +6425,12 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
+/* Returns the square of the length of v by a metric. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(metric_length2)(springls__metric m, SPRINGLS__NUM3 v)
+{
+    return m.xx * v.x * v.x + m.yy * v.y * v.y + m.zz * v.z * v.z + 2.0f * (m.xy * v.x * v.y + m.xz * v.x * v.z + m.yz * v.y * v.z);
+}
+
 /* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
    and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
@@ -6423,6 +6454,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
         springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
+    if (!springls__is_uniform(rule->lengths)) particle2 = SPRINGLS__W(metric_length2)(rule->lengths, d.x[0]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);
@@ -6639,6 +6671,7 @@ typedef struct springls__work {
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
+    bool in_world;          /* forces are of the world, which is not the lattice                                */
     bool stop_at_topology;
     float time, dt;
     float max_displacement; /* of a particle, voxels; 0: no limit                                               */
@@ -6695,6 +6728,7 @@ typedef struct springls__window {
 struct springls_context {
     springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double lattice_to_world[12]; /* row-major 3x4, voxel of springls_desc.grid -> world                          */
+    bool lattice_is_world;       /* that is the identity: spacing 1, origin 0, no direction                      */
     springls__window window;     /* where the grid is: of phi, and of all springls but their correspondences     */
     springls__window original_window; /* of correspondences, phi_ref and the original surface                    */
     int home[3];                 /* window.offset after an input                                                 */
@@ -15698,6 +15732,12 @@ SPRINGLS__FN bool springls__has_velocity(const springls_forces *f)
 
 SPRINGLS__FN bool springls__has_affine(const springls_forces *f) { return f->affine || f->affine_batch; }
 
+/* Returns whether forces have to be converted from the world to voxels. */
+SPRINGLS__FN bool springls__forces_in_world(const springls_context *ctx, const springls_forces *forces)
+{
+    return !forces->voxel_units && !ctx->lattice_is_world;
+}
+
 /* Returns true when the samples of a field are those of the model's own grid. */
 SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 {
@@ -15929,7 +15969,7 @@ typedef struct springls__force_block {
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    springls_batch given; /* as callbacks get it: on the lattice, or in the world where forces->world_units is set */
+    springls_batch given; /* as callbacks get it: in the world, or on the lattice with forces->voxel_units */
     float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
     float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__force_block;
@@ -15942,12 +15982,24 @@ SPRINGLS__FN springls__force_block *springls__block_of(struct springls__vec_path
 /* Returns the coordinates of points: xyz, xyz, ... */
 SPRINGLS__FN float *springls__coordinates(springls__vec3 *points) { return (float *)(void *)points; }
 
+/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
+{
+    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
+/* Returns whether any callback reads the springls' correspondences. */
+SPRINGLS__FN bool springls__reads_correspondences(const springls_forces *forces)
+{
+    return forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces);
+}
+
 /* Writes a place of a window as callbacks get it. */
 SPRINGLS__FN void springls__callback_place(const springls__motion *motion, const springls__window *window, springls__v3 x,
                                            float *out)
 {
     springls__v3 at = springls__to_lattice(window, x);
-    if (motion->forces.world_units) springls__window_to_world(window, x, out);
+    if (motion->in_world) springls__window_to_world(window, x, out);
     else memcpy(out, &at.x, 3 * sizeof *out);
 }
 
@@ -15956,18 +16008,20 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 {
     const springls_context *ctx = motion->ctx;
     const springls_batch *batch = &block->batch;
+    const bool reads_correspondences = springls__reads_correspondences(&motion->forces);
     int i;
-    if (!motion->forces.world_units && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
+    if (!motion->in_world && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
         return batch;
     block->given = *batch;
     block->given.points = block->given_points;
     block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
         springls__callback_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
-        springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
-                                 block->given_correspondences + 3 * i);
+        if (reads_correspondences)
+            springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
+                                     block->given_correspondences + 3 * i);
     }
-    if (!motion->forces.world_units) return &block->given;
+    if (!motion->in_world || !springls__reads_normals(&motion->forces)) return &block->given;
     block->given.normals = block->given_normals;
     for (i = 0; i < batch->count; i++) {
         springls__v3 n = springls__normal_to_world(ctx, springls__load3(batch->normals + 3 * i));
@@ -15980,7 +16034,7 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *motion, const float *v)
 {
     const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
-    if (!motion->forces.world_units) return springls__load3(v);
+    if (!motion->in_world) return springls__load3(v);
     return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
@@ -15989,17 +16043,10 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
 SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;
-    for (i = 0; i < count && motion->forces.world_units; i++) {
+    for (i = 0; i < count && motion->in_world; i++) {
         const springls__v3 in_voxels = springls__velocity_to_voxel(motion, v + 3 * i);
         memcpy(v + 3 * i, &in_voxels.x, 3 * sizeof *v);
     }
-}
-
-/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
-SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
-{
-    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f
-           || forces->world_units;
 }
 
 SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path)
@@ -16253,7 +16300,7 @@ SPRINGLS__FN void springls__region_box(const springls_context *ctx, const spring
 {
     const float *first = forces->region_lower, *last = forces->region_upper;
     int corner;
-    if (!forces->world_units) {
+    if (!springls__forces_in_world(ctx, forces)) {
         *lower = springls__from_lattice(&ctx->window, springls__load3(first));
         *upper = springls__from_lattice(&ctx->window, springls__load3(last));
         return;
@@ -16281,7 +16328,6 @@ SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const sp
 SPRINGLS__FN void springls__warn_of_region(const springls_context *ctx, const springls_forces *forces)
 {
     const int *size = ctx->model.grid.size;
-    const bool world = forces->world_units;
     const float *first = forces->region_lower, *last = forces->region_upper;
     springls__v3 lower, upper;
     if (!springls__has_region(forces)) return;
@@ -16291,7 +16337,7 @@ SPRINGLS__FN void springls__warn_of_region(const springls_context *ctx, const sp
         return;
     springls__log(ctx, 2, "forces: the region from (%g, %g, %g) to (%g, %g, %g), in %s, lies outside the grid: nothing moves",
                   (double)first[0], (double)first[1], (double)first[2], (double)last[0], (double)last[1], (double)last[2],
-                  world ? "world units" : "voxels, since world_units is false");
+                  forces->voxel_units ? "voxels, since voxel_units is true" : "world units");
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -16304,13 +16350,14 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     if (!springls__finite_float(dt)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)dt);
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
+    motion->in_world = springls__forces_in_world(ctx, forces);
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     motion->rule.has_velocity = forces->velocity || forces->velocity_batch;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
-    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
+    if (motion->in_world) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
@@ -16337,7 +16384,7 @@ SPRINGLS__FN bool springls__acts_on(const springls__motion *motion, springls__v3
     const springls_forces *forces = &motion->forces;
     float world[3];
     if (!springls__in_force_region(motion->rule.region_lower, motion->rule.region_upper, p)) return false;
-    if (!forces->world_units) return true;
+    if (!motion->in_world) return true;
     springls__voxel_to_world(motion->ctx, p, world);
     return springls__in_force_region(springls__load3(forces->region_lower), springls__load3(forces->region_upper),
                                      springls__load3(world));
@@ -16412,7 +16459,7 @@ SPRINGLS__FN bool springls__device_can_displace(const springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     const springls_backend *backend = motion->ctx->backend;
-    if (!motion->ctx->on_device || forces->world_units) return false;
+    if (!motion->ctx->on_device || motion->in_world) return false;
     if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
     return !forces->velocity || (forces->velocity == backend->user_velocity && (backend->user_bytes == 0 || forces->user));
 }
@@ -16550,17 +16597,27 @@ static const springls__entry springls__advect[] = {
     SPRINGLS__DO(springls__take_motion)
 SPRINGLS__END };
 
-/* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
-SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)
+/* Returns the metric that stands for voxels. */
+SPRINGLS__FN springls__metric springls__voxel_lengths(void)
+{
+    const springls__metric none = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+    return none;
+}
+
+/* Begins to find the largest speed of a particle, for springls__max_speed_end: by `lengths`, in voxels where they are all zero. Ends with
+   a loop. */
+SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time,
+                                                       springls__metric lengths)
 {
     springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
+    motion->rule.lengths = lengths;
     return springls__displace_all(motion);
 }
 
-/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. call: for the message of a failure. */
+/* Writes the speed that springls__max_speed_begin has found. call: for the message of a failure. */
 SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, const char *call, float *speed)
 {
     springls__motion *motion = &ctx->motion;
@@ -16572,13 +16629,20 @@ SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
+/* Finds the largest speed of a particle in the units of the forces. */
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const char *call, const springls_forces *forces, float time,
                                                  float *speed)
 {
+    const springls__metric metric = ctx->model.grid.metric;
+    const bool in_world = forces && springls__forces_in_world(ctx, forces);
+    const springls__metric lengths =
+        in_world && !springls__is_uniform(metric) ? springls__metric_inverse(metric) : springls__voxel_lengths();
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time, lengths)));
     springls__finish_loop(ctx);
-    return springls__max_speed_end(ctx, call, speed);
+    SPRINGLS__TRY(springls__max_speed_end(ctx, call, speed));
+    if (in_world) *speed *= ctx->smallest_spacing;
+    return SPRINGLS_OK;
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -24028,7 +24092,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__measure_speed(springls_context *ctx)
 {
-    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time);
+    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time, springls__voxel_lengths());
 }
 
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */
@@ -24883,6 +24947,16 @@ SPRINGLS__FN void springls__find_metric(springls_context *ctx)
     ctx->largest_spacing = (float)sqrt(longest2);
 }
 
+/* Returns whether lattice coordinates are those of the world. */
+SPRINGLS__FN bool springls__is_identity(const double *m)
+{
+    int row, column;
+    for (row = 0; row < 3; row++)
+        for (column = 0; column < 4; column++)
+            if (m[4 * row + column] != (row == column ? 1.0 : 0.0)) return false;
+    return true;
+}
+
 /* Finds the shortest and the longest step between voxels, in world units, and the metric. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
@@ -24893,6 +24967,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+    ctx->lattice_is_world = springls__is_identity(m);
     springls__find_metric(ctx);
 }
 
@@ -36665,7 +36740,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1252 \"springls.h\"\n",
+    "#line 1267 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -36779,7 +36854,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2742 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -36895,7 +36970,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2859 \"springls.h\"\n",
+    "#line 2876 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -36917,7 +36992,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2882 \"springls.h\"\n",
+    "#line 2899 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36932,7 +37007,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2898 \"springls.h\"\n",
+    "#line 2915 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37056,7 +37131,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3022 \"springls.h\"\n",
+    "#line 3039 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -37126,7 +37201,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3093 \"springls.h\"\n",
+    "#line 3110 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37346,7 +37421,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3314 \"springls.h\"\n",
+    "#line 3331 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37361,7 +37436,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3329 \"springls.h\"\n",
+    "#line 3346 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37485,14 +37560,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3453 \"springls.h\"\n",
+    "#line 3470 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3461 \"springls.h\"\n",
+    "#line 3478 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37618,7 +37693,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3588 \"springls.h\"\n",
+    "#line 3605 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37673,7 +37748,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3644 \"springls.h\"\n",
+    "#line 3661 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -37762,7 +37837,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3734 \"springls.h\"\n",
+    "#line 3751 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -37774,7 +37849,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3746 \"springls.h\"\n",
+    "#line 3763 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37789,7 +37864,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3762 \"springls.h\"\n",
+    "#line 3779 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37865,7 +37940,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3838 \"springls.h\"\n",
+    "#line 3855 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37880,7 +37955,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3853 \"springls.h\"\n",
+    "#line 3870 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37956,7 +38031,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3929 \"springls.h\"\n",
+    "#line 3946 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -38035,7 +38110,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4008 \"springls.h\"\n",
+    "#line 4025 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38050,7 +38125,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4024 \"springls.h\"\n",
+    "#line 4041 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38117,7 +38192,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4091 \"springls.h\"\n",
+    "#line 4108 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38132,7 +38207,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4106 \"springls.h\"\n",
+    "#line 4123 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38199,7 +38274,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4174 \"springls.h\"\n",
+    "#line 4191 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38585,7 +38660,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4561 \"springls.h\"\n",
+    "#line 4578 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39294,7 +39369,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5271 \"springls.h\"\n",
+    "#line 5288 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39554,7 +39629,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5532 \"springls.h\"\n",
+    "#line 5549 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -39756,7 +39831,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5735 \"springls.h\"\n",
+    "#line 5752 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -39873,7 +39948,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5853 \"springls.h\"\n",
+    "#line 5870 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -40003,6 +40078,7 @@ static const char *const springls__kernel_lines[] = {
     "    int euler, stop_at_topology;\n",
     "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
     "    springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */\n",
+    "    springls__metric lengths; /* of the displacements that are compared, in smallest spacings; all zero: voxels */\n",
     "} springls__force_rule;\n",
     "\n",
     "/* Returns the velocity at x, linear between the samples of the rule's field. */\n",
@@ -40070,7 +40146,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6050 \"springls.h\"\n",
+    "#line 6068 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40085,7 +40161,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6066 \"springls.h\"\n",
+    "#line 6084 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40214,6 +40290,12 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
+    "/* Returns the square of the length of v by a metric. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(metric_length2)(springls__metric m, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    return m.xx * v.x * v.x + m.yy * v.y * v.y + m.zz * v.z * v.z + 2.0f * (m.xy * v.x * v.y + m.xz * v.x * v.z + m.yz * v.y * v.z);\n",
+    "}\n",
+    "\n",
     "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,\n",
     "   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
     "   correspondences before. */\n",
@@ -40237,6 +40319,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
     "        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);\n",
+    "    if (!springls__is_uniform(rule->lengths)) particle2 = SPRINGLS__W(metric_length2)(rule->lengths, d.x[0]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
@@ -40279,7 +40362,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6260 \"springls.h\"\n",
+    "#line 6285 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40294,7 +40377,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6275 \"springls.h\"\n",
+    "#line 6300 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40423,6 +40506,12 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
+    "/* Returns the square of the length of v by a metric. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(metric_length2)(springls__metric m, SPRINGLS__NUM3 v)\n",
+    "{\n",
+    "    return m.xx * v.x * v.x + m.yy * v.y * v.y + m.zz * v.z * v.z + 2.0f * (m.xy * v.x * v.y + m.xz * v.x * v.z + m.yz * v.y * v.z);\n",
+    "}\n",
+    "\n",
     "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,\n",
     "   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
     "   correspondences before. */\n",
@@ -40446,6 +40535,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
     "        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);\n",
+    "    if (!springls__is_uniform(rule->lengths)) particle2 = SPRINGLS__W(metric_length2)(rule->lengths, d.x[0]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
@@ -40488,7 +40578,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7098 \"springls.h\"\n",
+    "#line 7132 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40888,7 +40978,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7498 \"springls.h\"\n",
+    "#line 7532 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40903,7 +40993,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7514 \"springls.h\"\n",
+    "#line 7548 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40932,7 +41022,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7543 \"springls.h\"\n",
+    "#line 7577 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40947,7 +41037,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7558 \"springls.h\"\n",
+    "#line 7592 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -40976,10 +41066,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7588 \"springls.h\"\n",
+    "#line 7622 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7592 \"springls.h\"\n",
+    "#line 7626 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -41067,7 +41157,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7681 \"springls.h\"\n",
+    "#line 7715 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41207,7 +41297,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7822 \"springls.h\"\n",
+    "#line 7856 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41312,7 +41402,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7928 \"springls.h\"\n",
+    "#line 7962 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41641,7 +41731,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8258 \"springls.h\"\n",
+    "#line 8292 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41671,7 +41761,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8288 \"springls.h\"\n",
+    "#line 8322 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41686,7 +41776,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8304 \"springls.h\"\n",
+    "#line 8338 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41855,7 +41945,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8473 \"springls.h\"\n",
+    "#line 8507 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41870,7 +41960,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8488 \"springls.h\"\n",
+    "#line 8522 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42039,7 +42129,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8657 \"springls.h\"\n",
+    "#line 8691 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -42093,7 +42183,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8712 \"springls.h\"\n",
+    "#line 8746 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42119,7 +42209,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8738 \"springls.h\"\n",
+    "#line 8772 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42134,7 +42224,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8754 \"springls.h\"\n",
+    "#line 8788 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42217,7 +42307,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8837 \"springls.h\"\n",
+    "#line 8871 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42232,7 +42322,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8852 \"springls.h\"\n",
+    "#line 8886 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42315,7 +42405,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8935 \"springls.h\"\n",
+    "#line 8969 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42389,7 +42479,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9010 \"springls.h\"\n",
+    "#line 9044 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -42982,7 +43072,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9604 \"springls.h\"\n",
+    "#line 9638 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43078,7 +43168,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9701 \"springls.h\"\n",
+    "#line 9735 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43199,7 +43289,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9823 \"springls.h\"\n",
+    "#line 9857 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43480,7 +43570,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10105 \"springls.h\"\n",
+    "#line 10139 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43566,7 +43656,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10192 \"springls.h\"\n",
+    "#line 10226 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43709,7 +43799,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10336 \"springls.h\"\n",
+    "#line 10370 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43898,7 +43988,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10526 \"springls.h\"\n",
+    "#line 10560 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44023,7 +44113,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10652 \"springls.h\"\n",
+    "#line 10686 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44057,7 +44147,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10687 \"springls.h\"\n",
+    "#line 10721 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44595,7 +44685,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11226 \"springls.h\"\n",
+    "#line 11260 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44745,7 +44835,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11377 \"springls.h\"\n",
+    "#line 11411 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44823,7 +44913,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11456 \"springls.h\"\n",
+    "#line 11490 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45072,7 +45162,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11706 \"springls.h\"\n",
+    "#line 11740 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45297,7 +45387,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11932 \"springls.h\"\n",
+    "#line 11966 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45416,7 +45506,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12052 \"springls.h\"\n",
+    "#line 12086 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45513,7 +45603,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12150 \"springls.h\"\n",
+    "#line 12184 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46051,7 +46141,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12689 \"springls.h\"\n",
+    "#line 12723 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46084,7 +46174,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12723 \"springls.h\"\n",
+    "#line 12757 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46109,14 +46199,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12749 \"springls.h\"\n",
+    "#line 12783 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12756 \"springls.h\"\n",
+    "#line 12790 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46131,7 +46221,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12772 \"springls.h\"\n",
+    "#line 12806 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46257,7 +46347,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12898 \"springls.h\"\n",
+    "#line 12932 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46272,7 +46362,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12913 \"springls.h\"\n",
+    "#line 12947 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46398,7 +46488,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13040 \"springls.h\"\n",
+    "#line 13074 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46690,7 +46780,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13333 \"springls.h\"\n",
+    "#line 13367 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46826,7 +46916,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18079 \"springls.h\"\n",
+    "#line 18143 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -47963,7 +48053,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19217 \"springls.h\"\n",
+    "#line 19281 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48590,7 +48680,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19845 \"springls.h\"\n",
+    "#line 19909 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49187,7 +49277,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49191 \"springls.h\"\n",
+    "#line 49281 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -52199,6 +52289,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
+    forces.voxel_units = true;
     forces.curvature_weight = 1.0f;
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
@@ -55832,27 +55923,53 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
-SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
+/* Returns forces that add nothing, in the region and the units of the description. */
+SPRINGLS__FN springls_forces springls__tiling_forces(const springls_tiling_step_desc *desc)
 {
-    int k;
+    springls_forces forces = springls_default_forces();
+    forces.integrator = desc->integrator;
+    forces.voxel_units = desc->voxel_units;
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    return forces;
+}
+
+/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
+SPRINGLS__FN bool springls__region_of_step(const springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                           springls__force_region *region)
+{
+    const springls_forces forces = springls__tiling_forces(desc);
+    springls__v3 lower, upper;
     memset(region, 0, sizeof *region);
     region->everywhere = desc->film || !springls__has_box(desc);
-    for (k = 0; k < 3; k++) {
-        region->lower[k] = desc->region_lower[k];
-        region->upper[k] = desc->region_upper[k];
-    }
+    springls__region_box(tiling->host, &forces, &lower, &upper);
+    memcpy(region->lower, &lower.x, sizeof region->lower);
+    memcpy(region->upper, &upper.x, sizeof region->upper);
     return springls__has_films(desc) || desc->film || springls__pushes(desc);
 }
 
-/* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
+/* Returns the velocity of the walls at a place as a callback gets it, in the units of the forces. */
+SPRINGLS__FN springls__v3 springls__film_velocity_at(const springls__tiling_push *push, int32_t facing, const float *place)
+{
+    const springls_context *host = push->tiling->host;
+    const bool in_voxels = push->desc->voxel_units || host->lattice_is_world; /* the grid of a tiling does not move */
+    const springls__v3 x = in_voxels ? springls__load3(place) : springls__world_to_voxel(host, place);
+    const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, facing, x);
+    const double *m = host->window.to_world, along[3] = { (double)v.x, (double)v.y, (double)v.z };
+    if (in_voxels) return v;
+    return springls__v3_make((float)(m[0] * along[0] + m[1] * along[1] + m[2] * along[2]),
+                             (float)(m[4] * along[0] + m[5] * along[1] + m[6] * along[2]),
+                             (float)(m[8] * along[0] + m[9] * along[1] + m[10] * along[2]));
+}
+
+/* Adds the velocities of the walls. */
 SPRINGLS__FN void springls__add_film_velocity(const springls__tiling_push *push, const springls_batch *given, float *out)
 {
     const float *facing = springls__facing_values(push->body);
     int i, k;
     for (i = 0; i < given->count; i++) {
         const int32_t faced = facing ? (int32_t)facing[given->springls[i]] : SPRINGLS__NO_LABEL;
-        const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, faced, springls__load3(given->points + 3 * i));
+        const springls__v3 v = springls__film_velocity_at(push, faced, given->points + 3 * i);
         for (k = 0; k < 3; k++) out[3 * i + k] += (&v.x)[k];
     }
 }
@@ -55942,7 +56059,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
 {
     const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
     springls__tiling_push push;
-    springls_forces forces = springls_default_forces();
+    springls_forces forces = springls__tiling_forces(desc);
     springls_step_desc step = springls_default_step_desc();
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
     push.tiling = tiling;
@@ -55951,9 +56068,6 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     forces.user = &push;
     if (body->rest.forced && (desc->velocity || springls__has_films(desc))) forces.velocity_batch = springls__tiling_velocity;
     if (body->rest.forced && desc->pressure) forces.pressure_batch = springls__tiling_pressure;
-    forces.integrator = desc->integrator;
-    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
-    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
@@ -56153,9 +56267,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
 /* Fails if the box that forces act in is none. */
 SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    springls_forces forces = springls_default_forces();
-    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
-    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    const springls_forces forces = springls__tiling_forces(desc);
     SPRINGLS__TRY(springls__check_forces(tiling->host, &forces));
     if (!springls__has_films(desc) || !springls__has_box(desc)) return SPRINGLS_OK;
     return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
@@ -56185,7 +56297,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     springls_status status;
     uint32_t steps;
     springls__force_region region;
-    const bool forces = springls__region_of_step(desc, &region);
+    const bool forces = springls__region_of_step(tiling, desc, &region);
     bool facing_known;
     int count, i;
     SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_step"));

@@ -243,7 +243,6 @@ int main(int argc, char **argv)
     alone = skin_of_particles();
     number_springls(skin);
     forces.velocity = flow;
-    forces.world_units = true;
     step.forces = &forces;
     step.dt = 0.25f;
     puts("| Frame | Parts | Volume off, % | Mesh off particles | Particles outside | Springls from their particles |");

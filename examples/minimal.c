@@ -3,7 +3,7 @@
 #include "springls.h"
 #include <stdio.h>
 
-/* Evaluates a velocity field at a batch of points: voxels in, voxels a unit of time out. */
+/* Evaluates a velocity field at a batch of points: places in the world in, velocities out. */
 static void vortex(void *user, const float *x, int count, float time, float *v)
 {
     (void)user, (void)time;

@@ -306,7 +306,8 @@ static bool move_like_a_mesh(struct atlas_template *template, struct motion *mot
 
 static bool run_to_rest(struct atlas_template *template, struct motion *motion, int *steps)
 {
-    const springls_forces push = {.pressure = press, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_forces push = {.pressure = press, .user = motion, .voxel_units = true,
+                                  .integrator = SPRINGLS_INTEGRATOR_EULER};
     const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
                                      .one_to_one = true};
     bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;

@@ -206,6 +206,7 @@ static bool run_to_rest(struct atlas_segment *run, struct push *field)
     struct progress bar;
     float moving = 1.0f;
     const struct volume *cubes = &field->pressure;
+    forces.voxel_units = true;
     forces.pressure_grid.data = cubes->data;
     forces.pressure_grid.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
     if (field->flow.field) {

@@ -39,6 +39,7 @@ static bool contour_step(struct morph *morph, const float *way)
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
+    forces.voxel_units = true;
     forces.pressure_grid.data = morph->pressure;
     forces.velocity_grid.data = way;
     step.forces = &forces;

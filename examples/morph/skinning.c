@@ -105,6 +105,7 @@ bool morph_skin(struct morph *morph, float part)
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
+    forces.voxel_units = true;
     forces.affine_batch = move_springls;
     forces.user = &skinning;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;

@@ -359,15 +359,16 @@ class Model:
     # ---- motion ----
 
     def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
-             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', world_units=False, region=None):
+             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', voxel_units=False, region=None):
         """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
 
         velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,),
         affine(points, correspondences, time) -> (n, 3, 4):
-        functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
-        samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
-        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. region: (lower, upper), the box
-        outside which nothing moves, in the same units. An exception in a function ends the step and is raised again.
+        functions of places of the world, world units a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field:
+        (nx, ny, nz), samples at the voxels. curvature: motion towards the centre of curvature, world units^2 a unit of time. mode:
+        'fluid', 'elastic' or 'advect_only'. region: (lower, upper), the box of the world outside which nothing moves. voxel_units:
+        places, normals, velocities, curvature and the region are in voxels of the lattice instead. An exception in a function ends
+        the step and is raised again.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
@@ -388,10 +389,10 @@ class Model:
         self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
     def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
-               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', world_units=False, region=None, **members):
+               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', voxel_units=False, region=None, **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature
-        forces.world_units = world_units
+        forces.voxel_units = voxel_units
         forces.integrator = _constant('INTEGRATOR', integrator)
         if region is not None:
             forces.region_lower, forces.region_upper = (list(map(float, corner)) for corner in region)

@@ -28,7 +28,6 @@ static void stroke(springls_context *model, brush *b)
     springls_step_desc step = springls_default_step_desc();
     forces.pressure = pull;
     forces.user = b;
-    forces.world_units = true;
     for (int k = 0; k < 3; k++) {
         forces.region_lower[k] = b->center[k] - b->radius;
         forces.region_upper[k] = b->center[k] + b->radius;

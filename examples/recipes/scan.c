@@ -33,7 +33,6 @@ int main(void)
     if (springls_create(&desc, &model) != SPRINGLS_OK) return puts(springls_create_error(&desc)), 1;
     ok(model, springls_set_implicit(model, springls_implicit_sphere, &seed));
     forces.pressure_grid.data = &rho[0][0][0];
-    forces.world_units = true; /* rho is mm a unit of time, the weight mm^2 */
     forces.curvature_weight = 0.02f;
     step.forces = &forces;
     step.dt = 0.5f;

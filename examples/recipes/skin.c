@@ -194,7 +194,6 @@ int main(int argc, char **argv)
     bin_again();
     ok(skin, springls_set_implicit(skin, union_of, NULL));
     forces.velocity = flow;
-    forces.world_units = true;
     step.forces = &forces;
     step.dt = dt;
     for (int frame = 1; frame <= frames; frame++) {

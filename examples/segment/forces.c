@@ -159,6 +159,7 @@ springls_forces segment_forces(struct segment *run)
 {
     springls_forces forces;
     memset(&forces, 0, sizeof forces);
+    forces.voxel_units = true;
     forces.pressure_grid.data = run->push.data;
     forces.pressure_grid.grid = segment_model_grid(run->push.dims, run->push.spacing, run->push.origin, run->push.direction[0]);
     forces.curvature_weight = (float)run->settings.curvature;

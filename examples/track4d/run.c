@@ -28,6 +28,7 @@ bool track_move(struct track *track, int frame, const struct track_motion *motio
     if (good) {
         forces.velocity_grid = track_velocity(track, &motion->substep, values);
     }
+    forces.voxel_units = true;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_ELASTIC;

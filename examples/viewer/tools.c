@@ -132,7 +132,7 @@ static void drag_velocity(void *user, const springls_batch *batch, float *out)
 bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float displacement[3])
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces forces = {.velocity_batch = drag_velocity, .user = &stroke};
+    const springls_forces forces = {.velocity_batch = drag_velocity, .user = &stroke, .voxel_units = true};
     for (int b = 0; b < stroke.balls; ++b) {
         for (int a = 0; a < 3; ++a) {
             stroke.displacement[b][a] = displacement[a] / model->voxel;
@@ -178,7 +178,7 @@ static void brush_pressure(void *user, const springls_batch *batch, float *out)
 bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float distance)
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke};
+    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke, .voxel_units = true};
     stroke.amount = distance / model->voxel;
     return viewer_model_step(model, &forces, sizeof stroke, NULL, NULL);
 }
@@ -240,8 +240,8 @@ static bool find_curvatures(struct viewer_model *model, void *user, int first, i
 bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush, float amount)
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount};
-    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke};
+    const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount, .voxel_units = true};
+    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke, .voxel_units = true};
     if (!brush && model->mask < 0) {
         return viewer_model_step(model, &everywhere_forces, 0, NULL, NULL);
     }

@@ -133,6 +133,7 @@ typedef struct springls__force_rule {
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
     springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */
+    springls__metric lengths; /* of the displacements that are compared, in smallest spacings; all zero: voxels */
 } springls__force_rule;
 
 /* Returns the velocity at x, linear between the samples of the rule's field. */

@@ -126,6 +126,12 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
+/* Returns the square of the length of v by a metric. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(metric_length2)(springls__metric m, SPRINGLS__NUM3 v)
+{
+    return m.xx * v.x * v.x + m.yy * v.y * v.y + m.zz * v.z * v.z + 2.0f * (m.xy * v.x * v.y + m.xz * v.x * v.z + m.yz * v.y * v.z);
+}
+
 /* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
    and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
@@ -149,6 +155,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
         springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
+    if (!springls__is_uniform(rule->lengths)) particle2 = SPRINGLS__W(metric_length2)(rule->lengths, d.x[0]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);

@@ -106,7 +106,7 @@ JS_EXPORT(set_implicit) int js_set_implicit(springls_context *ctx) { return spri
 JS_EXPORT(step) int js_step(springls_context *ctx, int mode, int forces, float curvature, float dt, float max_displacement)
 {
     const springls_forces all = {
-        .velocity = forces & 1 ? velocity : NULL, .pressure = forces & 2 ? pressure : NULL, .curvature_weight = curvature, .world_units = true};
+        .velocity = forces & 1 ? velocity : NULL, .pressure = forces & 2 ? pressure : NULL, .curvature_weight = curvature};
     const springls_step_desc step = {.forces = &all, .mode = (springls_mode)mode, .dt = dt, .max_displacement = max_displacement};
     return springls_step(ctx, &step);
 }

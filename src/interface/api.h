@@ -70,7 +70,7 @@ extern "C" {
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
      (i,j,k). With springls_desc.follow the grid moves, and voxel coordinates with it; lattice coordinates are those of the grid
-     where springls_desc.grid has placed it, and forces are given in them (manual, A WORLD WITHOUT WALLS).
+     where springls_desc.grid has placed it (manual, UNITS, A WORLD WITHOUT WALLS).
    - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
    - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed if the count is 0.
    - Pointers into the context belong to it, and stay valid until the next call that changes the model.
@@ -391,21 +391,21 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
    still replace or remove kept springls. */
 SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const uint8_t *mask);
 
-/* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
+/* ---- >>forces:api: eq. 1 and 2, in world units and world units a unit of time ---------------------------------- */
 
-/* Where the grid has moved (springls_desc.follow), the coordinates of this chapter are lattice coordinates: a move changes nothing
-   that a callback gets. */
+/* With springls_forces.voxel_units "world" in this chapter reads "voxels": lattice coordinates, so that a move of the grid
+   (springls_desc.follow) changes nothing that a callback gets. */
 
-/* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
+/* Evaluates the pressure rho at `count` particles, world coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
    call a function that is given the context it serves, except counts, views, ids, springls_to_voxel and springls_to_world. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
-/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
+/* Evaluates the velocity sigma at `count` points, world coordinates: 3 floats each. Called like the pressure, and
    twice more in a step, for its error. */
 typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
 
-/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
+/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, world coordinates: 12 floats each,
    the row-major 3x4 matrix [A b]; the velocity of a place x of the springl is A x + b. Called like the pressure. */
 typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
                                    float *out);
@@ -417,9 +417,9 @@ typedef struct springls_batch {
     int count;                    /* of points, one a springl                                                       */
     int vertex;                   /* -1: the points are particles; 0, 1, 2: that vertex of the springls             */
     float time;                   /* of the Runge-Kutta stage                                                       */
-    const float *points;          /* 3 each, voxel coordinates, as moved by the stage                               */
+    const float *points;          /* 3 each, world coordinates, as moved by the stage                               */
     const float *normals;         /* 3 each: outward unit normal of the springl                                     */
-    const float *correspondences; /* 3 each, voxel coordinates                                                      */
+    const float *correspondences; /* 3 each, world coordinates                                                      */
     const int *springls;          /* index of each point's springl, as in views and springls_write                  */
     const uint32_t *ids;          /* its id, as in springls_ids                                                     */
 } springls_batch;
@@ -428,8 +428,8 @@ typedef struct springls_batch {
    call. Called like the pressure. */
 typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float *out);
 
-/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
-   of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
+/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in world units a unit of
+   time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
@@ -455,15 +455,16 @@ typedef struct springls_forces {
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
     float curvature_weight;        /* motion along the normal by this times the level set's curvature, the sum of both principal
-                                      ones (2/R for a ball): positive smooths; 0: none. Squares of the smallest spacing a unit
-                                      of time, for every spacing and direction of the grid                          */
+                                      ones (2/R for a ball): positive smooths; 0: none. World units^2 a unit of time           */
     springls_integrator integrator;
-    bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
-                                      unit of time. true: callbacks get points, normals and correspondences in the world, as
-                                      shapes and meshes are; velocities, pressures and samples are world units a unit of time,
-                                      affine maps are of the world, curvature_weight is in squared world units, and the region
-                                      is a box of the world. Forces then run on the host                            */
-    float region_lower[3], region_upper[3]; /* voxels, or world units as the rest: springls whose particle is outside this box
+    bool voxel_units;              /* false: all of this is of the world, as shapes and meshes are: points, normals, correspondences,
+                                      velocities, pressures, samples, maps, curvature_weight and the region. true: callbacks get
+                                      lattice coordinates, and normals there; velocities, pressures and samples are voxels a unit
+                                      of time, curvature_weight is in squares of the smallest spacing, for every spacing and
+                                      direction of the grid, and the region is a box of the lattice. Where world and lattice are
+                                      the same (spacing 1, origin 0, no direction) this changes nothing, not a bit. Elsewhere
+                                      forces of the world run on the host: a backend's device evaluates those in voxels */
+    float region_lower[3], region_upper[3]; /* springls whose particle is outside this box
                                       when a step or sub-step begins do not move and are not visited: a tool that acts in one
                                       place takes time for the springls there alone. The logger is warned of a box outside the
                                       grid. Both all zero: everywhere                                               */
@@ -472,7 +473,7 @@ typedef struct springls_forces {
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
 SPRINGLS_API springls_forces springls_default_forces(void);
 
-/* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
+/* Finds the largest speed of any particle at `time`, in the units of the forces: f_max of section 4.8. NON_FINITE: from a
    force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
@@ -1237,7 +1238,7 @@ typedef springls_film (*springls_film_fn)(void *user, int32_t low, int32_t high,
 
 /* Describes a step of a tiling. Zero all of it. */
 typedef struct springls_tiling_step_desc {
-    springls_tiling_fn velocity;     /* sigma, voxels a unit of time; NULL: none                                     */
+    springls_tiling_fn velocity;     /* sigma, world units a unit of time; NULL: none                                */
     springls_tiling_fn pressure;     /* rho, along the normals of the batch; NULL: none                              */
     void *user;                      /* handed to all of them                                                        */
     float tension;                   /* surface tension, world units^2 a unit of time: walls move by it times the sum of both
@@ -1248,10 +1249,11 @@ typedef struct springls_tiling_step_desc {
     springls_tiling_hold *held;      /* the bodies whose volumes are held; a label that is gone is passed over       */
     int held_count;
     springls_integrator integrator;
-    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step begins are not
+    float region_lower[3], region_upper[3]; /* world: springls whose particle is outside this box when a step or sub-step begins are not
                                         moved by velocity and pressure; bodies that are at rest elsewhere cost nothing. What is elsewhere
                                         is found by bricks of 8^3 voxels; label 0 takes part where it is touched, and with film all
                                         bodies do. Both all zero: everywhere; they have to be with tension or held volumes */
+    bool voxel_units;                /* true: batches, velocity, pressure and region are in voxels, as with springls_forces.voxel_units */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
     float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a

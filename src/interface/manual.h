@@ -39,13 +39,13 @@
    STEP BY STEP
 
      1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
-        in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
+        in the world. Units: shapes, forces, meshes and answers are in world units, unless a comment names another: UNITS.
         Hooks for memory, threads, log, progress and trace are optional.
      2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why a description is refused.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
-     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
-        voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
+     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are of the world, speeds are
+        world units a unit of time; with voxel_units both are of the lattice. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error returns why a call has failed.
@@ -265,13 +265,29 @@
        again, are lost.
 
 
+   UNITS
+
+     world units         shapes, meshes, distances, queries, chunks, components, events, measures, error estimates; forces, their regions
+                         and samples, springls_max_speed, curvature_weight; springls_offset and _smooth; velocity, pressure, region, tension
+                         and held volumes of springls_tiling_step_desc
+     voxels on request   the same of forces and of springls_tiling_step_desc, with voxel_units: batches, velocities, pressures, regions
+     voxels              springls themselves: views, springls_write, springls_set_springls, springls_pack_matrix; dense volumes and phi.
+                         They are the arrays of the model, shown without a copy: springls_to_world and springls_to_voxel convert
+     voxels              what tells how finely a motion or a mesh is made up, and scales with the grid: springls_params,
+                         max_displacement, rest_displacement, reach and tolerance of springls_follow_desc, tolerance of
+                         springls_chunks_desc, rupture_thickness, gaps of springls_tiling_report, largest_displacement of springls_stats
+     smallest spacings   volume_correction of springls_stats, correction of springls_component, errors of springls_lod
+
+   On a grid with spacing 1, origin 0 and no direction both are the same, to the bit.
+
+
    CURVATURE
 
-   Curvature is div(n), 1/voxel: the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
+   Curvature is div(n): the sum of the two principal curvatures of phi's level, 2/R for a ball of radius R. Two
    numbers smooth by it:
 
-     springls_forces.curvature_weight  a force, voxel^2 a unit of time, with either set. A ball of radius R has the radius
-                                       sqrt(R^2 - 4 weight t) after the time t
+     springls_forces.curvature_weight  a force, world unit^2 a unit of time (voxel^2 with voxel_units), with either set. A ball
+                                       of radius R has the radius sqrt(R^2 - 4 weight t) after the time t
      params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
        carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
                                        max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
@@ -282,7 +298,7 @@
    Steps are stable while weight times dt is below about one voxel^2.
 
    Where voxels are longer along one axis, or axes are oblique, curvature is that of the world, and "voxel" above is the smallest
-   spacing: balls stay balls. With world_units the weight is in squared world units. springls_smooth, _offset and volume_lock, distances,
+   spacing: balls stay balls. springls_smooth, _offset and volume_lock, distances,
    gradients, closest points, rays, volumes, areas and error estimates are those of the world too, on every grid. Lengths that
    parameters give (the band, split sizes, topology) are voxels: features have to be as wide as the longest of them.
 
@@ -586,10 +602,10 @@
    advect of a step brings a springl nearer than 16 voxels to the border, the window moves by whole bricks of 8^3 voxels so
    that the model's box is in its middle. springls_window_offset returns how far it has come.
 
-     - World coordinates do not change: shapes, meshes, queries, events and forces with world_units are where they were. Far from
+     - World coordinates do not change: shapes, meshes, queries, events and forces are where they were. Far from
        the origin a float has few digits; voxel coordinates (views, springls_write) keep theirs.
-     - Forces without world_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
-       Their regions, and samples of the model's own grid, are on the lattice too.
+     - Forces with voxel_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
+       Their regions are on the lattice too, as are samples of the model's own grid with all forces.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.

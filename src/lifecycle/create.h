@@ -149,6 +149,16 @@ SPRINGLS__FN void springls__find_metric(springls_context *ctx)
     ctx->largest_spacing = (float)sqrt(longest2);
 }
 
+/* Returns whether lattice coordinates are those of the world. */
+SPRINGLS__FN bool springls__is_identity(const double *m)
+{
+    int row, column;
+    for (row = 0; row < 3; row++)
+        for (column = 0; column < 4; column++)
+            if (m[4 * row + column] != (row == column ? 1.0 : 0.0)) return false;
+    return true;
+}
+
 /* Finds the shortest and the longest step between voxels, in world units, and the metric. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
@@ -159,6 +169,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+    ctx->lattice_is_world = springls__is_identity(m);
     springls__find_metric(ctx);
 }
 

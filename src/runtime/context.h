@@ -175,6 +175,7 @@ typedef struct springls__work {
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
+    bool in_world;          /* forces are of the world, which is not the lattice                                */
     bool stop_at_topology;
     float time, dt;
     float max_displacement; /* of a particle, voxels; 0: no limit                                               */
@@ -231,6 +232,7 @@ typedef struct springls__window {
 struct springls_context {
     springls_desc desc;     /* as given, but allocator and max_springls have their defaults filled in, and params is NULL */
     double lattice_to_world[12]; /* row-major 3x4, voxel of springls_desc.grid -> world                          */
+    bool lattice_is_world;       /* that is the identity: spacing 1, origin 0, no direction                      */
     springls__window window;     /* where the grid is: of phi, and of all springls but their correspondences     */
     springls__window original_window; /* of correspondences, phi_ref and the original surface                    */
     int home[3];                 /* window.offset after an input                                                 */

@@ -335,7 +335,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__measure_speed(springls_context *ctx)
 {
-    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time);
+    return springls__max_speed_begin(ctx, &ctx->step.forces, (float)ctx->time, springls__voxel_lengths());
 }
 
 /* Decides whether the step is cut into sub-steps, and how long the first one may be. */

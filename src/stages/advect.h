@@ -34,7 +34,7 @@ SPRINGLS__FN void springls__region_box(const springls_context *ctx, const spring
 {
     const float *first = forces->region_lower, *last = forces->region_upper;
     int corner;
-    if (!forces->world_units) {
+    if (!springls__forces_in_world(ctx, forces)) {
         *lower = springls__from_lattice(&ctx->window, springls__load3(first));
         *upper = springls__from_lattice(&ctx->window, springls__load3(last));
         return;
@@ -62,7 +62,6 @@ SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const sp
 SPRINGLS__FN void springls__warn_of_region(const springls_context *ctx, const springls_forces *forces)
 {
     const int *size = ctx->model.grid.size;
-    const bool world = forces->world_units;
     const float *first = forces->region_lower, *last = forces->region_upper;
     springls__v3 lower, upper;
     if (!springls__has_region(forces)) return;
@@ -72,7 +71,7 @@ SPRINGLS__FN void springls__warn_of_region(const springls_context *ctx, const sp
         return;
     springls__log(ctx, 2, "forces: the region from (%g, %g, %g) to (%g, %g, %g), in %s, lies outside the grid: nothing moves",
                   (double)first[0], (double)first[1], (double)first[2], (double)last[0], (double)last[1], (double)last[2],
-                  world ? "world units" : "voxels, since world_units is false");
+                  forces->voxel_units ? "voxels, since voxel_units is true" : "world units");
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -85,13 +84,14 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     if (!springls__finite_float(dt)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)dt);
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
+    motion->in_world = springls__forces_in_world(ctx, forces);
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     motion->rule.has_velocity = forces->velocity || forces->velocity_batch;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     motion->rule.curvature_weight = forces->curvature_weight;
-    if (forces->world_units) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
+    if (motion->in_world) motion->rule.curvature_weight /= ctx->smallest_spacing * ctx->smallest_spacing;
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
@@ -118,7 +118,7 @@ SPRINGLS__FN bool springls__acts_on(const springls__motion *motion, springls__v3
     const springls_forces *forces = &motion->forces;
     float world[3];
     if (!springls__in_force_region(motion->rule.region_lower, motion->rule.region_upper, p)) return false;
-    if (!forces->world_units) return true;
+    if (!motion->in_world) return true;
     springls__voxel_to_world(motion->ctx, p, world);
     return springls__in_force_region(springls__load3(forces->region_lower), springls__load3(forces->region_upper),
                                      springls__load3(world));
@@ -193,7 +193,7 @@ SPRINGLS__FN bool springls__device_can_displace(const springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
     const springls_backend *backend = motion->ctx->backend;
-    if (!motion->ctx->on_device || forces->world_units) return false;
+    if (!motion->ctx->on_device || motion->in_world) return false;
     if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
     return !forces->velocity || (forces->velocity == backend->user_velocity && (backend->user_bytes == 0 || forces->user));
 }
@@ -331,17 +331,27 @@ static const springls__entry springls__advect[] = {
     SPRINGLS__DO(springls__take_motion)
 SPRINGLS__END };
 
-/* Begins to find the largest speed of a particle, for springls__max_speed_end. Ends with a loop. */
-SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time)
+/* Returns the metric that stands for voxels. */
+SPRINGLS__FN springls__metric springls__voxel_lengths(void)
+{
+    const springls__metric none = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+    return none;
+}
+
+/* Begins to find the largest speed of a particle, for springls__max_speed_end: by `lengths`, in voxels where they are all zero. Ends with
+   a loop. */
+SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, const springls_forces *forces, float time,
+                                                       springls__metric lengths)
 {
     springls__motion *motion = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
     motion->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     motion->rule.euler = 1;
+    motion->rule.lengths = lengths;
     return springls__displace_all(motion);
 }
 
-/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. call: for the message of a failure. */
+/* Writes the speed that springls__max_speed_begin has found. call: for the message of a failure. */
 SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, const char *call, float *speed)
 {
     springls__motion *motion = &ctx->motion;
@@ -353,13 +363,20 @@ SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
+/* Finds the largest speed of a particle in the units of the forces. */
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const char *call, const springls_forces *forces, float time,
                                                  float *speed)
 {
+    const springls__metric metric = ctx->model.grid.metric;
+    const bool in_world = forces && springls__forces_in_world(ctx, forces);
+    const springls__metric lengths =
+        in_world && !springls__is_uniform(metric) ? springls__metric_inverse(metric) : springls__voxel_lengths();
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time, lengths)));
     springls__finish_loop(ctx);
-    return springls__max_speed_end(ctx, call, speed);
+    SPRINGLS__TRY(springls__max_speed_end(ctx, call, speed));
+    if (in_world) *speed *= ctx->smallest_spacing;
+    return SPRINGLS_OK;
 }
 
 #endif

@@ -20,6 +20,12 @@ SPRINGLS__FN bool springls__has_velocity(const springls_forces *f)
 
 SPRINGLS__FN bool springls__has_affine(const springls_forces *f) { return f->affine || f->affine_batch; }
 
+/* Returns whether forces have to be converted from the world to voxels. */
+SPRINGLS__FN bool springls__forces_in_world(const springls_context *ctx, const springls_forces *forces)
+{
+    return !forces->voxel_units && !ctx->lattice_is_world;
+}
+
 /* Returns true when the samples of a field are those of the model's own grid. */
 SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 {
@@ -136,7 +142,7 @@ typedef struct springls__force_block {
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
-    springls_batch given; /* as callbacks get it: on the lattice, or in the world where forces->world_units is set */
+    springls_batch given; /* as callbacks get it: in the world, or on the lattice with forces->voxel_units */
     float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
     float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__force_block;
@@ -149,12 +155,24 @@ SPRINGLS__FN springls__force_block *springls__block_of(struct springls__vec_path
 /* Returns the coordinates of points: xyz, xyz, ... */
 SPRINGLS__FN float *springls__coordinates(springls__vec3 *points) { return (float *)(void *)points; }
 
+/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
+SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
+{
+    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f;
+}
+
+/* Returns whether any callback reads the springls' correspondences. */
+SPRINGLS__FN bool springls__reads_correspondences(const springls_forces *forces)
+{
+    return forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces);
+}
+
 /* Writes a place of a window as callbacks get it. */
 SPRINGLS__FN void springls__callback_place(const springls__motion *motion, const springls__window *window, springls__v3 x,
                                            float *out)
 {
     springls__v3 at = springls__to_lattice(window, x);
-    if (motion->forces.world_units) springls__window_to_world(window, x, out);
+    if (motion->in_world) springls__window_to_world(window, x, out);
     else memcpy(out, &at.x, 3 * sizeof *out);
 }
 
@@ -163,18 +181,20 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 {
     const springls_context *ctx = motion->ctx;
     const springls_batch *batch = &block->batch;
+    const bool reads_correspondences = springls__reads_correspondences(&motion->forces);
     int i;
-    if (!motion->forces.world_units && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
+    if (!motion->in_world && springls__is_unmoved(&ctx->window) && springls__is_unmoved(&ctx->original_window))
         return batch;
     block->given = *batch;
     block->given.points = block->given_points;
     block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
         springls__callback_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
-        springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
-                                 block->given_correspondences + 3 * i);
+        if (reads_correspondences)
+            springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
+                                     block->given_correspondences + 3 * i);
     }
-    if (!motion->forces.world_units) return &block->given;
+    if (!motion->in_world || !springls__reads_normals(&motion->forces)) return &block->given;
     block->given.normals = block->given_normals;
     for (i = 0; i < batch->count; i++) {
         springls__v3 n = springls__normal_to_world(ctx, springls__load3(batch->normals + 3 * i));
@@ -187,7 +207,7 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *motion, const float *v)
 {
     const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
-    if (!motion->forces.world_units) return springls__load3(v);
+    if (!motion->in_world) return springls__load3(v);
     return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
@@ -196,17 +216,10 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
 SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;
-    for (i = 0; i < count && motion->forces.world_units; i++) {
+    for (i = 0; i < count && motion->in_world; i++) {
         const springls__v3 in_voxels = springls__velocity_to_voxel(motion, v + 3 * i);
         memcpy(v + 3 * i, &in_voxels.x, 3 * sizeof *v);
     }
-}
-
-/* Returns whether any force reads the springls' normals. If none does, they are not computed. */
-SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
-{
-    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f
-           || forces->world_units;
 }
 
 SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path)

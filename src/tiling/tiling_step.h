@@ -75,27 +75,53 @@ SPRINGLS__FN void springls__ask(const springls__tiling_push *push, springls_tili
         springls__ask_part(push, ask, given, first, springls__imin(SPRINGLS__TILING_BLOCK, given->count - first), out);
 }
 
-/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
-SPRINGLS__FN bool springls__region_of_step(const springls_tiling_step_desc *desc, springls__force_region *region)
+/* Returns forces that add nothing, in the region and the units of the description. */
+SPRINGLS__FN springls_forces springls__tiling_forces(const springls_tiling_step_desc *desc)
 {
-    int k;
+    springls_forces forces = springls_default_forces();
+    forces.integrator = desc->integrator;
+    forces.voxel_units = desc->voxel_units;
+    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
+    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    return forces;
+}
+
+/* Finds where anything may move bodies that are at rest; returns false if nothing does. */
+SPRINGLS__FN bool springls__region_of_step(const springls_tiling *tiling, const springls_tiling_step_desc *desc,
+                                           springls__force_region *region)
+{
+    const springls_forces forces = springls__tiling_forces(desc);
+    springls__v3 lower, upper;
     memset(region, 0, sizeof *region);
     region->everywhere = desc->film || !springls__has_box(desc);
-    for (k = 0; k < 3; k++) {
-        region->lower[k] = desc->region_lower[k];
-        region->upper[k] = desc->region_upper[k];
-    }
+    springls__region_box(tiling->host, &forces, &lower, &upper);
+    memcpy(region->lower, &lower.x, sizeof region->lower);
+    memcpy(region->upper, &upper.x, sizeof region->upper);
     return springls__has_films(desc) || desc->film || springls__pushes(desc);
 }
 
-/* Adds the velocities of the walls. Points are voxels: the grid of a tiling does not move. */
+/* Returns the velocity of the walls at a place as a callback gets it, in the units of the forces. */
+SPRINGLS__FN springls__v3 springls__film_velocity_at(const springls__tiling_push *push, int32_t facing, const float *place)
+{
+    const springls_context *host = push->tiling->host;
+    const bool in_voxels = push->desc->voxel_units || host->lattice_is_world; /* the grid of a tiling does not move */
+    const springls__v3 x = in_voxels ? springls__load3(place) : springls__world_to_voxel(host, place);
+    const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, facing, x);
+    const double *m = host->window.to_world, along[3] = { (double)v.x, (double)v.y, (double)v.z };
+    if (in_voxels) return v;
+    return springls__v3_make((float)(m[0] * along[0] + m[1] * along[1] + m[2] * along[2]),
+                             (float)(m[4] * along[0] + m[5] * along[1] + m[6] * along[2]),
+                             (float)(m[8] * along[0] + m[9] * along[1] + m[10] * along[2]));
+}
+
+/* Adds the velocities of the walls. */
 SPRINGLS__FN void springls__add_film_velocity(const springls__tiling_push *push, const springls_batch *given, float *out)
 {
     const float *facing = springls__facing_values(push->body);
     int i, k;
     for (i = 0; i < given->count; i++) {
         const int32_t faced = facing ? (int32_t)facing[given->springls[i]] : SPRINGLS__NO_LABEL;
-        const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, faced, springls__load3(given->points + 3 * i));
+        const springls__v3 v = springls__film_velocity_at(push, faced, given->points + 3 * i);
         for (k = 0; k < 3; k++) out[3 * i + k] += (&v.x)[k];
     }
 }
@@ -185,7 +211,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
 {
     const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
     springls__tiling_push push;
-    springls_forces forces = springls_default_forces();
+    springls_forces forces = springls__tiling_forces(desc);
     springls_step_desc step = springls_default_step_desc();
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
     push.tiling = tiling;
@@ -194,9 +220,6 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     forces.user = &push;
     if (body->rest.forced && (desc->velocity || springls__has_films(desc))) forces.velocity_batch = springls__tiling_velocity;
     if (body->rest.forced && desc->pressure) forces.pressure_batch = springls__tiling_pressure;
-    forces.integrator = desc->integrator;
-    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
-    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
@@ -396,9 +419,7 @@ SPRINGLS__FN springls_status springls__run_tiling_step(springls_tiling *tiling, 
 /* Fails if the box that forces act in is none. */
 SPRINGLS__FN springls_status springls__check_box(springls_tiling *tiling, const springls_tiling_step_desc *desc)
 {
-    springls_forces forces = springls_default_forces();
-    memcpy(forces.region_lower, desc->region_lower, sizeof forces.region_lower);
-    memcpy(forces.region_upper, desc->region_upper, sizeof forces.region_upper);
+    const springls_forces forces = springls__tiling_forces(desc);
     SPRINGLS__TRY(springls__check_forces(tiling->host, &forces));
     if (!springls__has_films(desc) || !springls__has_box(desc)) return SPRINGLS_OK;
     return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT,
@@ -428,7 +449,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     springls_status status;
     uint32_t steps;
     springls__force_region region;
-    const bool forces = springls__region_of_step(desc, &region);
+    const bool forces = springls__region_of_step(tiling, desc, &region);
     bool facing_known;
     int count, i;
     SPRINGLS__TRY(springls__bodies_to_host(tiling, "tiling_step"));

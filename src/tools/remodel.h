@@ -244,6 +244,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     bool at_rest = false;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
+    forces.voxel_units = true;
     forces.curvature_weight = 1.0f;
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;

@@ -149,8 +149,10 @@ class Right(unittest.TestCase):
         fractions = []
         model = springls.Model((24, 24, 24), spacing=0.5, progress=fractions.append)
         model.set_implicit(lambda points: np.linalg.norm(points - 6, axis=1) - 3)
-        model.step(dt=1, world_units=True, velocity=lambda points, time: np.full_like(points, (0.5, 0, 0)))
+        model.step(dt=1, velocity=lambda points, time: np.full_like(points, (0.5, 0, 0)))
         self.assertLess(abs(model.extract_mesh().positions.mean(axis=0) - (6.5, 6, 6)).max(), 0.02)
+        model.step(dt=1, voxel_units=True, velocity=lambda points, time: np.full_like(points, (-1, 0, 0)))
+        self.assertLess(abs(model.extract_mesh().positions.mean(axis=0) - (6, 6, 6)).max(), 0.02)
         self.assertEqual(fractions[-1], 1)
         stopped = springls.Model((24, 24, 24), progress=lambda fraction: True)
         with self.assertRaises(springls.Error) as caught:
@@ -160,7 +162,7 @@ class Right(unittest.TestCase):
     def test_functions_may_convert_places(self):
         model = springls.Model((24, 24, 24), spacing=0.5, origin=3)
         model.set_implicit(lambda points: np.linalg.norm(model.to_voxel(points) - 12, axis=1) / 2 - 3)
-        model.step(dt=1, velocity=lambda points, time: np.where(model.to_world(points) > 0, (0.5, 0, 0), np.nan))
+        model.step(dt=1, velocity=lambda points, time: np.where(model.to_voxel(points) > 0, (0.25, 0, 0), np.nan))
         self.assertLess(abs(model.extract_mesh().positions.mean(axis=0) - (9.25, 9, 9)).max(), 0.02)
 
     def test_progress_cannot_use_the_model_and_raises(self):

@@ -132,7 +132,7 @@ static springls_forces any_forces(bench *t)
     if (fuzz_choice(&t->b, 4) == 0) forces.curvature_weight = fuzz_float(&t->b, -0.2f, 0.5f);
     if (fuzz_choice(&t->b, 4) == 0) forces.velocity_weight = fuzz_float(&t->b, -2.0f, 2.0f);
     forces.integrator = fuzz_choice(&t->b, 4) ? SPRINGLS_INTEGRATOR_RK4 : SPRINGLS_INTEGRATOR_EULER;
-    forces.world_units = fuzz_choice(&t->b, 8) == 0;
+    forces.voxel_units = fuzz_choice(&t->b, 8) != 0;
     if (fuzz_choice(&t->b, 4) == 0)
         for (k = 0; k < 3; k++) {
             forces.region_lower[k] = fuzz_float(&t->b, 0.0f, (float)MOST_SIDE);

@@ -473,16 +473,19 @@ TEST sampled_fields_are_trilinear(int own_grid)
     PASS();
 }
 
-/* In a model whose grid has an origin and a spacing, the field's grid is still in the world, its values still in voxels. */
-TEST sampled_fields_lie_in_the_world(void)
+/* In a model whose grid has an origin and a spacing, the field's grid is still in the world; its values, and speeds, are there too unless
+   the forces are in voxels. */
+TEST sampled_fields_lie_in_the_world(int voxel_units)
 {
     springls_desc desc = fixture_desc(16, NULL);
     springls_context *ctx;
     springls_forces forces = fixture_forces(NULL, NULL);
     springls_grid_desc grid = plain_grid(8);
+    const double unit = voxel_units ? 1.0 : 0.5; /* of velocities, voxels */
     float data[3 * 512], speed;
     springls__v3 before;
     int i;
+    forces.voxel_units = voxel_units != 0;
     desc.grid.spacing[0] = desc.grid.spacing[1] = desc.grid.spacing[2] = 0.5;
     desc.grid.origin[0] = 10.0;
     ASSERT_OK(springls_create(&desc, &ctx));
@@ -499,7 +502,7 @@ TEST sampled_fields_lie_in_the_world(void)
     ASSERT_OK(springls_max_speed(ctx, &forces, 0.0f, &speed));
     ASSERT_IN_RANGE(0.5 * (double)before.x, speed, 1e-5);
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
-    ASSERT_IN_RANGE(1.5 * (double)before.x, fixture_particle(ctx, 0).x, 1e-5);
+    ASSERT_IN_RANGE((1.0 + 0.5 / unit) * (double)before.x, fixture_particle(ctx, 0).x, 1e-5);
     springls_destroy(ctx);
     PASS();
 }
@@ -726,7 +729,8 @@ SUITE(advect)
     RUN_TEST(vertex_velocity_turns_triangles);
     RUN_TESTp(sampled_fields_are_trilinear, 0);
     RUN_TESTp(sampled_fields_are_trilinear, 1);
-    RUN_TEST(sampled_fields_lie_in_the_world);
+    RUN_TESTp(sampled_fields_lie_in_the_world, 0);
+    RUN_TESTp(sampled_fields_lie_in_the_world, 1);
     RUN_TEST(sampled_fields_end);
     RUN_TEST(weights_weigh);
     RUN_TEST(max_speed_is_the_largest);
@@ -799,7 +803,6 @@ TEST forces_may_be_of_the_world(int affine)
     int i, outside = 0, count;
     ASSERT(ctx);
     before = world_particles(ctx);
-    forces.world_units = true;
     forces.user = &outside;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     if (affine) forces.affine = world_map;
@@ -842,7 +845,6 @@ TEST pressure_may_be_of_the_world(int curvature)
     int i, k;
     ASSERT(ctx);
     springls_to_world(ctx, center, 1, center);
-    forces.world_units = true;
     forces.user = center;
     if (curvature) forces.curvature_weight = 0.5f * 0.75f; /* times 2 / 1.5: a speed of .5 inwards */
     else forces.pressure = out_of_the_ball;
@@ -879,7 +881,6 @@ TEST regions_may_be_of_the_world(int at_rest)
     springls_to_world(ctx, center, 1, center);
     if (at_rest) ASSERT_OK(springls_settle(ctx, 60));
     before = world_particles(ctx);
-    forces.world_units = true;
     forces.velocity = along_y;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     for (k = 0; k < 3; k++) {
@@ -900,6 +901,77 @@ TEST regions_may_be_of_the_world(int at_rest)
     springls_destroy(ctx);
     free(before);
     free(after);
+    PASS();
+}
+
+/* Returns forces of every kind about a centre, of lengths `unit` times as large: a swirl, a pressure, samples, curvature, a region. */
+static springls_forces forces_about(const float *center, float unit, const float *samples)
+{
+    springls_forces forces = springls_default_forces();
+    int k;
+    forces.pressure = out_of_the_ball;
+    forces.user = (void *)(uintptr_t)center;
+    forces.pressure_weight = forces.velocity_weight = unit;
+    forces.curvature_weight = 0.3f * unit * unit;
+    forces.velocity_grid.data = samples;
+    for (k = 0; k < 3; k++) {
+        forces.region_lower[k] = center[k] - 2.5f * unit;
+        forces.region_upper[k] = center[k] + 9.0f * unit;
+    }
+    return forces;
+}
+
+/* Moves a ball by forces_about on a grid of this spacing; writes its particles, in voxels, if `particles` is not NULL. */
+static uint64_t moved_by_all(double spacing, bool voxel_units, float *particles, int *count, float *speed)
+{
+    springls_desc desc = fixture_desc(16, NULL);
+    const float unit = voxel_units ? 1.0f : (float)spacing;
+    const float center[3] = { 7.5f * unit, 7.5f * unit, 7.5f * unit };
+    springls_sphere ball = fixture_ball(7.5f * (float)spacing, 7.5f * (float)spacing, 7.5f * (float)spacing, 4.0f * (float)spacing);
+    float *samples = (float *)malloc(3 * 4096 * sizeof *samples);
+    springls_forces forces = forces_about(center, unit, samples);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
+    springls_context *ctx = NULL;
+    springls_view view;
+    uint64_t hash = 0;
+    int i, k;
+    for (k = 0; k < 3; k++) desc.grid.spacing[k] = spacing;
+    for (i = 0; i < 3 * 4096; i++) samples[i] = 0.01f * (float)(i % 16 - i / 48 % 16);
+    forces.voxel_units = voxel_units;
+    if (springls_create(&desc, &ctx) == SPRINGLS_OK && springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK
+        && springls_max_speed(ctx, &forces, 0.0f, speed) == SPRINGLS_OK && springls_run(ctx, &step, 3) == SPRINGLS_OK) {
+        view = springls_view_particles(ctx);
+        *count = view.count;
+        for (i = 0; i < view.count && particles; i++) {
+            const float *p = (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride);
+            memcpy(particles + 3 * i, p, 3 * sizeof *p);
+        }
+        hash = springls_state_hash(ctx);
+    }
+    springls_destroy(ctx);
+    free(samples);
+    return hash;
+}
+
+/* Where the world is the lattice, both units have the same bits. Where it is larger, forces of the world move springls as those in voxels
+   that are as much smaller, and speeds are those of the world. */
+TEST units_are_the_worlds(void)
+{
+    enum { MOST = 3000 };
+    static float in_world[3 * MOST], in_voxels[3 * MOST];
+    float speed[2];
+    int count[2], i;
+    uint64_t hash = moved_by_all(1.0, false, NULL, &count[0], &speed[0]);
+    ASSERT(hash != 0);
+    ASSERT_EQ(hash, moved_by_all(1.0, true, NULL, &count[1], &speed[1]));
+    ASSERT_EQ(speed[0], speed[1]);
+    ASSERT(moved_by_all(0.25, false, in_world, &count[0], &speed[0]) != 0);
+    ASSERT(moved_by_all(0.25, true, in_voxels, &count[1], &speed[1]) != 0);
+    ASSERT_EQ(count[0], count[1]);
+    ASSERT_LT(count[0], MOST);
+    ASSERT_GT(speed[1], 0.1f);
+    ASSERT_IN_RANGE(0.25 * (double)speed[1], speed[0], 1e-5);
+    for (i = 0; i < 3 * count[0]; i++) ASSERT_IN_RANGE(in_voxels[i], in_world[i], 1e-4);
     PASS();
 }
 
@@ -933,14 +1005,15 @@ TEST a_region_outside_is_warned_of(void)
     }
     ASSERT_OK(springls_create(&desc, &ctx));
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+    forces.voxel_units = true;
     forces.velocity = along_y;
     step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
     w.count = 0;
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(1, w.count);
-    ASSERT(strstr(w.last, "world_units is false"));
+    ASSERT(strstr(w.last, "voxel_units is true"));
     ASSERT_EQ(0.0f, springls_get_stats(ctx).moving_share);
-    forces.world_units = true;
+    forces.voxel_units = false;
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(1, w.count);
     ASSERT_GT(springls_get_stats(ctx).moving_share, 0.1f);
@@ -957,6 +1030,7 @@ int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
     RUN_SUITE(advect);
+    RUN_TEST(units_are_the_worlds);
     RUN_TESTp(forces_may_be_of_the_world, 0);
     RUN_TESTp(forces_may_be_of_the_world, 1);
     RUN_TESTp(pressure_may_be_of_the_world, 0);

@@ -72,13 +72,14 @@ typedef enum place { UPRIGHT, MIRRORED, STRETCHED } place;
 static springls_status scene_begin(scene *s, springls_contouring contouring, place at)
 {
     springls_params params = springls_default_params();
-    const springls_forces forces = fixture_forces(twist, NULL);
+    springls_forces forces = fixture_forces(twist, NULL);
     const springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
     springls_chunks_desc desc = { 0.0f, true };
     const springls_chunk *changed;
     springls_desc d;
     int i, count;
     memset(s, 0, sizeof *s);
+    forces.voxel_units = true;
     params.contouring = contouring;
     d = fixture_desc(SIZE, &params);
     d.tasks = s->tasks;

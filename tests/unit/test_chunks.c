@@ -67,6 +67,7 @@ static springls_status scene_begin(scene *s, const springls_chunks_desc *desc, i
     s->brush.radius = 5.0f;
     s->brush.velocity[0] = -1.0f;
     s->forces = fixture_forces(push, &s->brush);
+    s->forces.voxel_units = true;
     s->step = fixture_step(&s->forces, SPRINGLS_MODE_FLUID, 1.0f);
     s->step.max_displacement = 2.0f;
     SPRINGLS__TRY(springls_create(&d, &s->ctx));

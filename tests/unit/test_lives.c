@@ -255,7 +255,7 @@ static springls_forces any_forces(const random_life *l, life_flow *f)
     f->kind = choice(FLOWS);
     f->speed = fixture_between(-1.0f, 1.0f) * (one_in(12) ? 6.0f : 1.0f);
     f->radius = fixture_between(2.0f, 6.0f);
-    forces.world_units = world;
+    forces.voxel_units = !world;
     if (one_in(5)) forces.curvature_weight = fixture_between(0.0f, 0.3f);
     if (one_in(4)) forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     if (one_in(4)) {

@@ -3,14 +3,14 @@
 #include "metric_grids.h"
 
 /* A ball of R shrinks to sqrt(R^2 - 4 t), round. */
-TEST curvature_is_the_worlds(int grid, bool world_units)
+TEST curvature_is_the_worlds(int grid, bool voxel_units)
 {
     springls_context *ctx = ball_on(grid, NULL, 16.0f);
     springls_forces forces = fixture_forces(NULL, NULL);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.8f);
     ASSERT(ctx);
     forces.curvature_weight = 1.0f; /* the smallest spacing is 1 */
-    forces.world_units = world_units;
+    forces.voxel_units = voxel_units;
     ASSERT_OK(springls_run(ctx, &step, 35));
     CHECK_CALL(check_ball(ctx, 12.0));
     springls_destroy(ctx);
@@ -184,7 +184,6 @@ TEST error_estimates_are_the_worlds(int grid)
     const double time = 2.0;
     int i, count, good = 0;
     ASSERT(ctx);
-    forces.world_units = true;
     step.max_displacement = 2.0f;
     ASSERT_OK(springls_run(ctx, &step, 20));
     count = springls_count(ctx);
@@ -216,6 +215,7 @@ TEST error_estimates_scale(void)
         springls_forces forces = fixture_forces(fixture_wind, wind);
         springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
         springls_context *ctx;
+        forces.voxel_units = true;
         for (i = 0; i < 3; i++) {
             desc.grid.spacing[i] = (double)scale[k];
             ball.center[i] *= scale[k];
@@ -334,7 +334,6 @@ TEST motion_is_the_worlds(int grid)
     params.components = 1;
     ctx = ball_on(grid, &params, 16.0f);
     ASSERT(ctx);
-    forces.world_units = true;
     fixture_seed(3);
     for (i = 0; i < COUNT; i++) {
         const springls__v3 n = fixture_direction();

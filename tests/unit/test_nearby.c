@@ -121,6 +121,7 @@ TEST of_a_ball_and_a_sheet(void)
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
     forces.velocity = exact_flow_velocity;
+    forces.voxel_units = true;
     forces.user = &flow;
     step.forces = &forces;
     ASSERT_OK(springls_create(&desc, &ctx));

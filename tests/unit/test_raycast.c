@@ -48,6 +48,7 @@ static springls_status turn(springls_context *ctx, int steps)
     struct exact_flow flow = turning();
     springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    forces.voxel_units = true;
     return springls_run(ctx, &step, steps);
 }
 

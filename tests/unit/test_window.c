@@ -204,7 +204,7 @@ TEST forces_stay_in_place(bool in_world)
     w.upper[0] = w.upper[1] = -FLT_MAX;
     forces.velocity_batch = watched_wind;
     forces.user = &w;
-    forces.world_units = in_world;
+    forces.voxel_units = !in_world;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     forces.region_lower[0] = 224.0f; /* half of the ball */
     forces.region_upper[0] = 300.0f;

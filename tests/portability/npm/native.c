@@ -30,7 +30,7 @@ int main(void)
 {
     double body[4] = {3, 4, 4, 2}, hole[4] = {6.5, 5, 4, 1};
     springls_desc desc = springls_default_desc();
-    const springls_forces forces = {.velocity = drift, .world_units = true};
+    const springls_forces forces = {.velocity = drift};
     const springls_step_desc step = {.forces = &forces, .dt = 1, .max_displacement = 2};
     springls_context *ctx;
     for (int axis = 0; axis < 3; axis++) {
