@@ -90,6 +90,9 @@ SPRINGLS__FN springls_status springls__mark_new_springls(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
+/* In ASLEEP, whose other values are 0 and 1: the springl's brick is awake, but no change reaches it. */
+enum { SPRINGLS__UNREACHED = 2 };
+
 /* Lets the springls sleep that no change reaches. */
 SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls__cell_marks *marks)
 {
@@ -97,7 +100,7 @@ SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls
     uint8_t *asleep = ctx->model.cells.asleep;
     int i;
     for (i = 0; i < ctx->model.cells.asleep_count; i++)
-        if (!asleep[i]) asleep[i] = !springls__visit_cells(marks, s[i].p, s[i].p, false);
+        if (!asleep[i] && !springls__visit_cells(marks, s[i].p, s[i].p, false)) asleep[i] = SPRINGLS__UNREACHED;
 }
 
 /* ---- gaps ---- */
@@ -122,7 +125,7 @@ SPRINGLS__FN springls_status springls__put_awake_aside(springls_context *ctx, sp
     asleep = (uint8_t *)aside->asleep.data;
     for (i = 0; i < slot_count; i++) /* of a free slot: as of the brick that may come */
         awake[i] = !model->grid.some_asleep || model->grid.slot_brick[i] < 0 || model->grid.awake[i];
-    for (i = 0; i < count; i++) asleep[i] = springls__is_asleep(model, i);
+    for (i = 0; i < count; i++) asleep[i] = springls__is_asleep(model, i) ? model->cells.asleep[i] : 0;
     aside->slot_count = slot_count;
     aside->count = count;
     aside->asleep_count = model->cells.asleep_count;
@@ -255,10 +258,13 @@ SPRINGLS__FN springls_status springls__sleep_beyond_change(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-/* Wakes the springls of bricks that are awake: phi follows all of them. */
+/* Wakes the springls that the change does not reach, in bricks that are awake: phi follows them too. */
 SPRINGLS__FN springls_status springls__wake_in_bricks(springls_context *ctx)
 {
-    if (ctx->completion->change.bits && springls__may_sleep(ctx)) springls__find_sleepers(ctx);
+    uint8_t *asleep = ctx->model.cells.asleep;
+    int i;
+    for (i = 0; i < ctx->model.cells.asleep_count; i++)
+        if (asleep[i] == SPRINGLS__UNREACHED) asleep[i] = 0;
     return SPRINGLS_OK;
 }
 
