@@ -106,6 +106,7 @@ static bool read_solid(struct solid *s)
         cli_fail("csg", CLI_EXIT_FAILURE, "%s", error);
         return false;
     }
+    mesh_warn_not_finite("csg", s->text, &s->mesh);
     if (s->mesh.vertex_count > 100000000 || s->mesh.triangle_count > 100000000) {
         cli_fail("csg", CLI_EXIT_FAILURE, "%s: more than 100 million vertices or triangles", s->text);
         return false;

@@ -59,6 +59,7 @@ static bool read_mesh(struct mend *m)
     if (m->mesh.vertex_count > 100000000 || m->mesh.triangle_count > 100000000) {
         return cli_fail("mend", CLI_EXIT_FAILURE, "%s: more than 100 million vertices or triangles", m->input) == CLI_CONTINUE;
     }
+    mesh_warn_not_finite("mend", m->input, &m->mesh);
     raycast_grow_box(m->mesh.positions, m->mesh.vertex_count, lower, upper);
     return (vec3_within_reach(lower) && vec3_within_reach(upper))
         || cli_fail("mend", CLI_EXIT_FAILURE, "%s: " VEC3_TOO_FAR, m->input) == CLI_CONTINUE;

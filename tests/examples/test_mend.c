@@ -699,6 +699,139 @@ TEST distant_meshes_keep_their_digits(void)
     PASS();
 }
 
+/* Writes a prism whose ends are an angle with a corner in a line, of area 1.36 and length 2. In the text, @ stands for its vertices, each
+ * behind `before`, and $ for its faces, each behind `behind`; base: number of the first vertex. */
+static bool write_prism(const char *path, const char *text, const char *before, const char *behind, int base, const char *end)
+{
+    FILE *file = fopen(path, "wb");
+    for (; file && *text; ++text) {
+        if (*text == '@') {
+            for (int i = 0; i < 14; ++i) {
+                const double x[7] = {3.0, 3.0, 1.0, 0.2, 0.2, 0.0, 0.0}, y[7] = {0.0, 0.2, 0.2, 0.2, 4.0, 4.0, 0.0};
+                fprintf(file, "%s%g %g %d%s", before, x[i % 7], y[i % 7], i < 7 ? 0 : 2, end);
+            }
+        } else if (*text == '$') {
+            fprintf(file, "%s", behind);
+            for (int i = 6; i >= 0; --i) fprintf(file, " %d", base + i);
+            fprintf(file, "%s%s", end, behind);
+            for (int i = 0; i < 7; ++i) fprintf(file, " %d", base + 7 + i);
+            for (int i = 0; i < 7; ++i) {
+                fprintf(file, "%s%s %d %d %d %d", end, *behind == '7' ? "4" : behind, base + i, base + (i + 1) % 7, base + 7 + (i + 1) % 7,
+                        base + 7 + i);
+            }
+            fprintf(file, "%s", end);
+        } else {
+            fputc(*text, file);
+        }
+    }
+    return file && fclose(file) == 0;
+}
+
+/* Files that not every reader takes: each is the prism. */
+TEST odd_files_are_read(void)
+{
+    static const struct {
+        const char *name, *text, *before, *behind, *end;
+        int base;
+    } files[] = {
+        {"plain.obj", "@$", "v ", "f", "\n", 1},
+        {"mark.obj", "\xEF\xBB\xBF@$", "v ", "f", "\n", 1},
+        {"blanks.obj", "# blanks\r\n@o a\r\n$", " \tv\t", "  f ", " \t\r\n", 1},
+        {"below.obj", "@$", "v ", "f", "\n", -14},
+        {"broken.obj", "@$", "v \\\n ", "f \\\n", "\n", 1},
+        {"curves.obj", "cstype bezier\ndeg 3\n@vp 1 2\ncurv 0 1 1 2 3 4\nend\nl 1 2\np 3\n$", "v ", "f", " \n", 1},
+        {"faces.ply",
+         "ply\nformat ascii 1.0\nelement face 9\nproperty list uint16 uint vertex_index\nelement vertex 14\nproperty float x\n"
+         "property float y\nproperty float z\nend_header\n$@",
+         "", "7", "\n", 0},
+        {"between.ply",
+         "ply\nformat ascii 1.0\ncomment\nobj_info a b\nelement vertex 14\nproperty double x\nproperty double y\nproperty double z\n"
+         "element other 2\nproperty list uchar double any\nelement face 9\nproperty list short int vertex_indices\nend_header\n"
+         "@0\n2 5 6\n$",
+         "", "7", "\n", 0},
+        {"old.ply",
+         "ply\rformat ascii 1.0\relement vertex 14\rproperty float x\rproperty float y\rproperty float z\relement face 9\r"
+         "property list uchar int vertex_indices\rend_header\r@$",
+         "", "7", "\r", 0},
+    };
+    for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
+        struct mesh mesh;
+        double origin[3];
+        char error[MESH_TEXT] = "";
+        const char *path = scratch(files[i].name);
+        ASSERT(write_prism(path, files[i].text, files[i].before, files[i].behind, files[i].base, files[i].end));
+        ASSERTm(error, mesh_read_local(path, &mesh, origin, error));
+        ASSERT_EQm(files[i].name, 14, mesh.vertex_count);
+        ASSERT_EQm(files[i].name, 24, mesh.triangle_count);
+        ASSERT_IN_RANGEm(files[i].name, 2.72, mesh_volume(mesh.positions, (const int *)mesh.indices, 24), 1e-5);
+        double area = 0.0;
+        for (int t = 0; t < 24; ++t) {
+            const uint32_t *c = mesh.indices + 3 * t;
+            area += vec3_triangle_area(mesh.positions + 3 * c[0], mesh.positions + 3 * c[1], mesh.positions + 3 * c[2]);
+        }
+        ASSERT_IN_RANGEm(files[i].name, 2.0 * 1.36 + 2.0 * 14.0, area, 1e-4); /* no triangle lies outside, no other turned against it */
+        mesh_free(&mesh);
+    }
+    PASS();
+}
+
+static void put_little_endian(unsigned char *at, uint32_t bits)
+{
+    for (int i = 0; i < 4; ++i) {
+        at[i] = (unsigned char)(bits >> 8 * i);
+    }
+}
+
+/* Binary STL of one triangle with any count and rest; capitals; corners that are not finite. */
+TEST odd_triangles_are_read_or_named(void)
+{
+    static const struct {
+        uint32_t count;
+        size_t rest;
+        const char *first, *problem;
+    } files[] = {{1, 0, "solid by name", NULL},  {1, 7, "by name", NULL}, {0, 0, "by name", NULL}, {UINT32_MAX, 0, "stream", NULL},
+                 {2, 0, "by name", "promises 2"}};
+    struct mesh mesh;
+    double origin[3];
+    char error[MESH_TEXT] = "";
+    for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
+        unsigned char bytes[84 + 50 + 7] = {0};
+        const float one = 1.0f;
+        uint32_t bits;
+        memcpy(&bits, &one, sizeof bits);
+        strcpy((char *)bytes, files[i].first);
+        put_little_endian(bytes + 80, files[i].count);
+        put_little_endian(bytes + 84 + 24, bits); /* (0 0 0), (1 0 0), (0 1 0) */
+        put_little_endian(bytes + 84 + 40, bits);
+        FILE *file = fopen(scratch("odd.stl"), "wb");
+        ASSERT(file && fwrite(bytes, 1, 134 + files[i].rest, file) == 134 + files[i].rest && fclose(file) == 0);
+        const bool read = mesh_read_local(scratch("odd.stl"), &mesh, origin, error);
+        ASSERT_EQm(error, !files[i].problem, read);
+        if (read) {
+            ASSERT_EQ(1, mesh.triangle_count);
+            mesh_free(&mesh);
+        } else {
+            ASSERTm(error, strstr(error, files[i].problem) != NULL);
+        }
+    }
+    FILE *file = fopen(scratch("odd.stl"), "wb");
+    ASSERT(file);
+    for (int i = 0; i < 3; ++i) {
+        fprintf(file, "SOLID a\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX %s 0 %d\n VERTEX 1 0 %d\n VERTEX 0 1 %d\n ENDLOOP\n "
+                      "ENDFACET\nENDSOLID a\n", i == 1 ? "NaN" : "0", i, i, i);
+    }
+    ASSERT(fclose(file) == 0 && mesh_read_local(scratch("odd.stl"), &mesh, origin, error));
+    ASSERT_EQ(2, mesh.triangle_count);
+    ASSERT_EQ(1, mesh.not_finite);
+    ASSERT_EQ(6, mesh.vertex_count);
+    mesh_free(&mesh);
+    file = fopen(scratch("odd.stl"), "wb");
+    ASSERT(file && fputs("solid nothing\nendsolid nothing\n", file) >= 0 && fclose(file) == 0);
+    ASSERT_FALSE(mesh_read_local(scratch("odd.stl"), &mesh, origin, error));
+    ASSERTm(error, strstr(error, "no triangles") != NULL);
+    PASS();
+}
+
 TEST bad_arguments_are_refused_in_one_line(void)
 {
     static const struct {
@@ -741,6 +874,8 @@ int main(int argc, char **argv)
     RUN_TEST(triangles_are_as_many_as_asked_for);
     RUN_TEST(what_is_lost_is_named);
     RUN_TEST(distant_meshes_keep_their_digits);
+    RUN_TEST(odd_files_are_read);
+    RUN_TEST(odd_triangles_are_read_or_named);
     RUN_TEST(bad_arguments_are_refused_in_one_line);
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();

@@ -1,13 +1,12 @@
 #include "surface/assimp_scene.h"
 
 #include "surface/ply_check.h"
+#include "surface/polygon.h"
 #include "surface/scene_files.h"
 #include "surface/scene_uv.h"
 
 #include <assimp/cimport.h>
-#include <assimp/config.h>
 #include <assimp/material.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <ctype.h>
@@ -226,26 +225,45 @@ static bool read_vertices(struct reader *r, const struct aiMesh *from, struct sc
     return true;
 }
 
+/* Cuts a face and adds its triangles to a part. Points and lines have none. */
+static bool add_face(const struct aiMesh *from, const struct aiFace *face, double *places, struct scene_part *part)
+{
+    const size_t count = face->mNumIndices;
+    int *triangles = part->triangles + 3 * (size_t)part->triangle_count;
+    if (count < 3) {
+        return true;
+    }
+    for (size_t k = 0; k < count; ++k) {
+        const struct aiVector3D *v = &from->mVertices[face->mIndices[k]];
+        places[3 * k] = (double)v->x, places[3 * k + 1] = (double)v->y, places[3 * k + 2] = (double)v->z;
+    }
+    const bool fine = polygon_cut(places, count, triangles);
+    for (size_t i = 0; fine && i < 3 * (count - 2); ++i) {
+        triangles[i] = (int)face->mIndices[triangles[i]];
+    }
+    part->triangle_count += (int)count - 2;
+    return fine;
+}
+
 static bool read_triangles(struct reader *r, const struct aiMesh *from, struct scene_part *part)
 {
-    part->triangles = malloc(3 * ((size_t)from->mNumFaces + 1) * sizeof *part->triangles);
-    if (!part->triangles) {
-        return no_memory(r);
-    }
+    size_t most = 0, triangles = 0;
     for (unsigned f = 0; f < from->mNumFaces; ++f) {
-        const struct aiFace *face = &from->mFaces[f];
-        int *corner = part->triangles + 3 * (size_t)part->triangle_count;
-        for (unsigned k = 0; k < face->mNumIndices; ++k) {
-            if (face->mIndices[k] >= from->mNumVertices) {
-                return scene_fail(r->error, r->path, "a face names vertex %u of %u", face->mIndices[k], from->mNumVertices);
-            }
-            if (face->mNumIndices == 3) {
-                corner[k] = (int)face->mIndices[k];
-            }
-        }
-        part->triangle_count += face->mNumIndices == 3;
+        const size_t count = from->mFaces[f].mNumIndices;
+        most = count > most ? count : most;
+        triangles += count > 2 ? count - 2 : 0;
     }
-    return true;
+    if (triangles > INT32_MAX / 16) {
+        return scene_fail(r->error, r->path, "too many triangles");
+    }
+    double *places = malloc((3 * most + 1) * sizeof *places);
+    part->triangles = malloc((3 * triangles + 1) * sizeof *part->triangles);
+    bool fine = places && part->triangles;
+    for (unsigned f = 0; fine && f < from->mNumFaces; ++f) {
+        fine = add_face(from, &from->mFaces[f], places, part);
+    }
+    free(places);
+    return fine || no_memory(r);
 }
 
 static bool read_bones(struct reader *r, const struct aiMesh *from, struct scene_part *part)
@@ -285,7 +303,7 @@ static bool read_part(struct reader *r, int node, unsigned number)
     struct scene_part *part = &r->to->parts[r->to->part_count++];
     part->node = node;
     part->material = from->mMaterialIndex < r->from->mNumMaterials ? (int)from->mMaterialIndex : -1;
-    if (from->mNumVertices > INT32_MAX / 16 || from->mNumFaces > INT32_MAX / 16) {
+    if (from->mNumVertices > INT32_MAX / 16) {
         return scene_fail(r->error, r->path, "too many triangles");
     }
     return read_vertices(r, from, part) && read_triangles(r, from, part) && read_bones(r, from, part);
@@ -386,7 +404,7 @@ static bool convert(struct reader *r)
     return good && (r->extent == SCENE_SHAPE || read_animations(r));
 }
 
-/* assimp's steps end the program where a face has no corners, and read beyond the vertices. */
+/* Returns whether all faces have corners, which are vertices that there are. */
 static bool faces_are_good(const struct aiScene *scene, const char *path, char error[SCENE_TEXT])
 {
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -455,12 +473,13 @@ static bool guard_first_number(struct source *source, char error[SCENE_TEXT])
     return true;
 }
 
-static const struct aiScene *import(const struct source *source, unsigned steps, const struct aiPropertyStore *properties,
-                                    char error[SCENE_TEXT])
+/* None of assimp's steps is taken: they read beyond the vertices where faces are bad, and cut concave polygons with corners in a line
+ * wrongly. */
+static const struct aiScene *import(const struct source *source, char error[SCENE_TEXT])
 {
     const struct aiScene *scene =
-        source->bytes ? aiImportFileFromMemoryWithProperties((const char *)source->bytes, (unsigned)source->size, steps, "ply", properties)
-                      : aiImportFileExWithProperties(source->path, steps, NULL, properties);
+        source->bytes ? aiImportFileFromMemory((const char *)source->bytes, (unsigned)source->size, 0, "ply")
+                      : aiImportFile(source->path, 0);
     if (!scene) {
         const char *reason = aiGetErrorString();
         scene_fail(error, source->path, "%.180s", reason && *reason ? reason : "cannot be read");
@@ -468,7 +487,6 @@ static const struct aiScene *import(const struct source *source, unsigned steps,
     return scene;
 }
 
-/* Reads the file twice, in a tenth of a second for 5 MB: aiApplyPostProcessing frees a scene twice where a step fails. */
 bool assimp_scene_read(const char *path, enum scene_extent extent, struct scene *scene, char error[SCENE_TEXT])
 {
     struct reader r = {.path = path, .to = scene, .extent = extent, .error = error};
@@ -476,21 +494,9 @@ bool assimp_scene_read(const char *path, enum scene_extent extent, struct scene 
     if (!guard_first_number(&source, error)) {
         return false;
     }
-    struct aiPropertyStore *properties = aiCreatePropertyStore();
-    if (!properties) {
-        free(source.bytes);
-        return no_memory(&r);
-    }
-    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const struct aiScene *raw = import(&source, 0, properties, error);
-    if (raw) {
-        const bool good = faces_are_good(raw, path, error);
-        aiReleaseImport(raw);
-        r.from = good ? import(&source, aiProcess_Triangulate | aiProcess_SortByPType, properties, error) : NULL;
-    }
-    aiReleasePropertyStore(properties);
+    r.from = import(&source, error);
     free(source.bytes);
-    const bool good = r.from && convert(&r);
+    const bool good = r.from && faces_are_good(r.from, path, error) && convert(&r);
     aiReleaseImport(r.from);
     free(r.nodes);
     free(r.picture_names);

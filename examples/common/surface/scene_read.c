@@ -5,6 +5,7 @@
 #include "surface/gltf_scene.h"
 #include "surface/ply_check.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -101,6 +102,20 @@ static bool ends_with(const char *text, const char *end)
     return length >= tail && strcasecmp(text + length - tail, end) == 0;
 }
 
+/* Returns whether a binary STL file has as many triangles as its header promises; assimp names another reason. */
+static bool stl_is_whole(struct header *h)
+{
+    unsigned char bytes[84];
+    rewind(h->file);
+    if (strncasecmp(h->line, "solid", 5) == 0 || fread(bytes, 1, sizeof bytes, h->file) != sizeof bytes) {
+        return true;
+    }
+    const double count = bytes[80] + 256.0 * (bytes[81] + 256.0 * (bytes[82] + 256.0 * bytes[83]));
+    return 84.0 + 50.0 * count <= (double)h->size
+           || scene_fail(h->error, h->path, "the header promises %.0f triangles, the file has room for %.0f", count,
+                         floor((double)(h->size - 84) / 50.0));
+}
+
 static bool header_is_good(struct header *h)
 {
     if (fseek(h->file, 0, SEEK_END) != 0) {
@@ -126,6 +141,9 @@ static bool header_is_good(struct header *h)
     if (memcmp(h->line, "glTF", 4) == 0 || ends_with(h->path, ".gltf")) {
         h->gltf = true;
         return true;
+    }
+    if (ends_with(h->path, ".stl")) {
+        return stl_is_whole(h);
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
     if (strncmp(off, "OFF", 3) == 0) {
