@@ -266,8 +266,9 @@ float morph_thinnest_limb(const struct morph *morph, float part, const float *mo
     for (int n = 0; n < morph->rods.place_count; ++n) {
         const struct rod_place *place = &morph->rods.places[n];
         const float thinner = fminf(place->depth[0], place->depth[1]);
+        const bool moves = morph->target.character.joints[place->joint].bone; /* else it is a handle for artists, and no limb's bone */
         float ends[2][3], radii[2], along[3];
-        if (place->root >= 0 || thinner <= 0.0f || !pose_rod(morph, place, part, ends, radii)) { continue; }
+        if (!moves || place->root >= 0 || thinner <= 0.0f || !pose_rod(morph, place, part, ends, radii)) { continue; }
         vec3_sub(ends[1], ends[0], along);
         vec3_normalize(along);
         const float share = depth_across(morph->grid.size, model, ends[1], along) / thinner;

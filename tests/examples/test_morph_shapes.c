@@ -236,7 +236,8 @@ TEST limbs_are_compared_with_the_thinner_body(void)
     struct affine still = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     struct rod_place places[2] = {{.joint = 0, .before = -1, .root = -1, .middle = {{10, 20, 20}, {10, 20, 20}}, .radius = {1.5f, 1.5f}},
                                   {.joint = 0, .before = 0, .root = -1, .middle = {{20, 20, 20}, {20, 20, 20}}, .radius = {1.5f, 1.5f}}};
-    struct morph morph = {.rods = {places, 2, 2}, .skin = &still};
+    struct joint mover = {.bone = true};
+    struct morph morph = {.rods = {places, 2, 2}, .skin = &still, .target = {.character = {.joints = &mover, .joint_count = 1}}};
     float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
     int joint = 0;
     for (int k = 0; k < 3; ++k) morph.grid.size[k] = ROOM, morph.grid.spacing[k] = 1.0;
@@ -250,6 +251,8 @@ TEST limbs_are_compared_with_the_thinner_body(void)
     places[1].depth[1] = 4.0f;
     ASSERT_NEAR(0.5, morph_thinnest_limb(&morph, 0.5f, phi, &joint), 1e-6);
     ASSERT_EQ(0, joint);
+    mover.bone = false;
+    ASSERT_NEAR(1.0, morph_thinnest_limb(&morph, 0.5f, phi, &joint), 0.0);
     free(phi);
     PASS();
 }
