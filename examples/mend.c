@@ -203,6 +203,7 @@ static bool make_solid(struct mend *m, springls_backend *backend)
     if (!fine) {
         return report_failure(m);
     }
+    mesh_followed_by(&m->followed, m->measures.volume);
     return m->result.triangle_count > 0
         || cli_fail("mend", CLI_EXIT_FAILURE, "%s: thinner than the voxels, of %.4g: nothing is left", m->input, m->spacing)
         == CLI_CONTINUE;
@@ -465,16 +466,30 @@ static void print(const struct mend *m)
 
 /* ---- the run ---- */
 
+/* Prints what is lost: of the area, of the volume, or that parts fall apart. */
+static void losses_text(const struct mend *m, char *text, size_t room)
+{
+    if (followed_area(m) < 0.9) {
+        snprintf(text, room, "follows %.1f %% of what is seen of the mesh", 100.0 * followed_area(m));
+    } else if (m->followed.bodies > m->followed.report.components) {
+        snprintf(text, room, "falls apart: it has %d bodies, the mesh %d part%s", m->followed.bodies, m->followed.report.components,
+                 m->followed.report.components == 1 ? "" : "s");
+    } else {
+        snprintf(text, room, "has %.1f %% of the mesh's volume", 100.0 * m->followed.volume);
+    }
+}
+
 static bool warn_of_losses(const struct mend *m)
 {
+    char text[160];
     if (!lost_much(m)) {
         return false;
     }
     const double seen = m->skin.area - m->skin.hidden;
     const char *advice = m->skin.sheets > 0.1 * seen || m->skin.open ? "sheets that enclose nothing are left out: try a larger --opening"
                                                                      : mesh_followed_advice(&m->followed);
-    fprintf(stderr, "mend: warning: %s: the solid follows %.1f %% of what is seen of the mesh: %s\n", m->input, 100.0 * followed_area(m),
-            advice);
+    losses_text(m, text, sizeof text);
+    fprintf(stderr, "mend: warning: %s: the solid %s: %s\n", m->input, text, advice);
     return true;
 }
 

@@ -76,10 +76,24 @@ static springls_status follow(springls_context *ctx, const float *positions, con
     return status;
 }
 
+static bool is_little(const struct mesh_followed *f)
+{
+    const double enough = 0.9;
+    return f->area + f->within < enough || (f->volume > 0.0 && f->volume < enough) || f->bodies > f->report.components;
+}
+
+void mesh_followed_by(struct mesh_followed *followed, double volume)
+{
+    if (followed->volume > 0.0) {
+        followed->volume = volume / fabs(followed->report.volume);
+        followed->little = is_little(followed);
+    }
+}
+
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed)
 {
-    const double enough = 0.9;
+    const double little_area = 0.005;
     springls_measures measures;
     memset(followed, 0, sizeof *followed);
     springls_status status = springls_set_mesh(ctx, positions, position_count, 0, triangles, triangle_count, &followed->report);
@@ -93,13 +107,13 @@ springls_status mesh_followed(springls_context *ctx, const float *positions, int
         return status;
     }
     const springls_mesh_report *report = &followed->report;
-    /* parts that are turned or nested change what the mesh's own volume is */
-    if (report->closed && !report->parts_turned && !report->parts_nested && report->volume != 0.0) {
+    /* parts that are turned or nested change what the mesh's own volume is; where parts overlap, it counts twice */
+    const bool apart = !report->parts_turned && !report->parts_nested && followed->within < little_area;
+    if (report->closed && apart && report->volume != 0.0) {
         followed->volume = measures.volume / fabs(report->volume);
     }
     followed->bodies = measures.components;
-    followed->little = followed->area + followed->within < enough || (followed->volume > 0.0 && followed->volume < enough)
-                       || followed->bodies > report->components;
+    followed->little = is_little(followed);
     return SPRINGLS_OK;
 }
 

@@ -21,6 +21,9 @@ struct mesh_followed {
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed);
 
+/* Judges by the volume of a mesh that was extracted, instead of the model's: of a needle or a plate of a voxel, springls hold more. */
+void mesh_followed_by(struct mesh_followed *followed, double volume);
+
 /* Prints to `text` in one line what was mended, and what is lost: "2 parts, open, 1 turned; the model has 2 bodies, follows 89.0 %
  * of the area, covers 10.0 %". */
 void mesh_followed_text(const struct mesh_followed *followed, char *text, size_t room);
