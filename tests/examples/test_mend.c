@@ -727,7 +727,8 @@ static bool write_prism(const char *path, const char *text, const char *before, 
     return file && fclose(file) == 0;
 }
 
-/* Nothing is lost of two rings through each other, whose volumes overlap, and of a rod of two thirds of a voxel, of which phi has a part. */
+/* Nothing is lost of two rings through each other, whose volumes overlap, and of a rod of two thirds of a voxel, of which phi has a
+ * part. */
 TEST what_is_whole_gives_no_warning(void)
 {
     const float rod[24] = {0, 0, 0, 57, 0, 0, 57, 1, 0, 0, 1, 0, 0, 0, 1, 57, 0, 1, 57, 1, 1, 0, 1, 1};
