@@ -1635,7 +1635,7 @@ typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
-    springls_grid_desc grid; /* size all zero: the model's grid                                                     */
+    springls_grid_desc grid; /* places the samples in the world, with voxel_units too; size all zero: the model's grid */
     unsigned version;        /* with a backend: samples are sent again when this or `data` changes; 0: every time   */
 } springls_sampled_field;
 
@@ -4236,7 +4236,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
     X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */ \
-    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 1: its brick was asleep when that was last found (sleep.h)             */
+    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 0: awake, when that was last found (sleep.h); 2: passed over by an edit */
 #define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
     X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
@@ -19117,8 +19117,9 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
 SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
 SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
 
-/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all
-   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */
+/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take
+   hits near their node. A pair of such hits alone is of the edge in which more of their weight lies, so that a sheet is crossed there
+   once; with others, which the edge beyond does not take and so may have no pair, it stays. */
 SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)
 {
     float here = 0.0f, beyond = 0.0f;
@@ -38323,7 +38324,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
     "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
     "    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */ \\\n",
-    "    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 1: its brick was asleep when that was last found (sleep.h)             */\n",
+    "    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 0: awake, when that was last found (sleep.h); 2: passed over by an edit */\n",
     "#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \\\n",
     "    X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \\\n",
     "    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \\\n",
@@ -47894,8 +47895,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }\n",
     "SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }\n",
     "\n",
-    "/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all\n",
-    "   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */\n",
+    "/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take\n",
+    "   hits near their node. A pair of such hits alone is of the edge in which more of their weight lies, so that a sheet is crossed there\n",
+    "   once; with others, which the edge beyond does not take and so may have no pair, it stays. */\n",
     "SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)\n",
     "{\n",
     "    float here = 0.0f, beyond = 0.0f;\n",
@@ -48053,7 +48055,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19281 \"springls.h\"\n",
+    "#line 19282 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48680,7 +48682,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19909 \"springls.h\"\n",
+    "#line 19910 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49277,7 +49279,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49281 \"springls.h\"\n",
+    "#line 49283 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -50545,8 +50547,9 @@ SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__cal
 
 /* ---- what a change reaches ---- */
 
-/* Voxels: a springl further from all that come, go or move finds the seed and the edge that it found before. A seed lies within SEED_RANGE,
-   and is fitted to springls within FIT_RADIUS or, as a distance, PROJECT_RADIUS of it. */
+/* Voxels: a springl further from all that come, go or move finds the seed that it found before, and hardly ever another edge. A seed lies
+   within SEED_RANGE, and is fitted to springls within FIT_RADIUS or, as a distance, PROJECT_RADIUS of it. Which of those are at an edge may
+   have changed by springls still further away: that is passed over. */
 #define SPRINGLS__CHANGE_REACH (SPRINGLS__SEED_RANGE + SPRINGLS__FIT_RADIUS + 0.05f)
 
 /* Makes marks, none of them set, for changes in a box. */
@@ -51414,7 +51417,7 @@ SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
 
 /* ---- springls ---- */
 
-/* Marks what is near springls of this model that do not stay. Those lie about the other's, or nothing does that stays. */
+/* Marks what is near springls of this model that do not stay. They lie in the box of the other model, or no springl stays. */
 SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;

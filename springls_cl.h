@@ -75,8 +75,9 @@ typedef struct springls_cl_desc {
                                  runs several items in the lanes of a vector, as on a GPU. With 1 an item does many
                                  elements, as suits a processor, with more it does one                               */
     bool timed;               /* wait at the end of every stage, so that springls_stats.seconds are each stage's own */
-    springls_velocity_fn velocity; /* a velocity callback that velocity_source replaces on the device                */
-    const char *velocity_source;   /* the same function in OpenCL C:
+    springls_velocity_fn velocity; /* a velocity callback that velocity_source replaces on the device, where forces are in voxels:
+                                      on a grid of spacing 1, origin 0 and no direction, or with voxel_units         */
+    const char *velocity_source;   /* the same function in OpenCL C, of lattice coordinates:
                                       float3 springls_velocity(float3 x, float time, __global const float *user)     */
     size_t velocity_user_bytes;    /* bytes of springls_forces.user, sent at every step; 0: the source reads no user */
     springls_logger logger;   /* receives what was chosen, why there is none, and build logs with lines of springls.h */

@@ -19,6 +19,6 @@ model.set_threshold(intensity, low)
 model.remesh()
 outward = np.clip((intensity - low) / intensity.std(), -1, 1)
 for step in range(4):
-    model.run(5, dt=0.5, pressure_field=outward, curvature=0.5)
+    model.run(5, dt=0.5, pressure_field=outward, curvature=0.5, voxel_units=True)
     print(f'{model.count} springls, volume {model.measure().volume:.0f}, {model.measure().components} components')
 nibabel.save(nibabel.Nifti1Image((model.level_set() < 0).astype(np.uint8), image.affine), out_file)

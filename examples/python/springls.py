@@ -11,7 +11,8 @@ declarations it reads: what a function does is described there. A Model holds a 
 [18.0, 18.0, 18.0]
 
 Volumes have shape (nx, ny, nz), as nibabel gives them, and are not copied when they are float32 with x fastest (order 'F').
-Meshes, shapes and queries are in world coordinates, springls and forces in voxels. Points are arrays of shape (n, 3).
+Meshes, shapes, queries and forces are in world units (forces in voxels with voxel_units), springls in voxels. Points are arrays of
+shape (n, 3).
 Failures raise springls.Error. A model belongs to one thread at a time.
 """
 import operator
@@ -970,10 +971,10 @@ class Tiling:
         """Moves all bodies for a time `dt`; 0: walls settle. Returns what the step did.
 
         velocity(points, time, label, facing) -> (n, 3), pressure(points, normals, time, label, facing) -> (n,): of springls of one
-        label, which face `facing` (n,); places in voxels. tension: surface tension; tension_of(low, high): its factor between two
-        labels. film(low, high) -> ('part' or 'join', thickness in voxels): what becomes of two that come near each other. held: the
-        array of `hold`, whose volumes are held. Other keywords: members of springls_tiling_step_desc, as region_lower and region_upper,
-        voxels, the box outside which velocity and pressure move nothing.
+        label, which face `facing` (n,); all in world units, or in voxels with voxel_units. tension: surface tension;
+        tension_of(low, high): its factor between two labels. film(low, high) -> ('part' or 'join', thickness in voxels): what becomes
+        of two that come near each other. held: the array of `hold`, whose volumes are held. Other keywords: members of
+        springls_tiling_step_desc, as region_lower and region_upper, the box outside which velocity and pressure move nothing.
 
         >>> tiling = Tiling((32, 32, 32))
         >>> def half(side): return lambda x: np.maximum(np.linalg.norm(x - 16, axis=1) - 8, side * (x[:, 0] - 16))

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Turns about the axis through (32, 32) and stretches along it; voxels, voxels a unit of time. */
+/* Turns about the axis through (32, 32) and stretches along it; world units, world units a unit of time. */
 static void motion(void *user, const float *x, int count, float time, float *v)
 {
     (void)user, (void)time;

@@ -59,7 +59,7 @@
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
     X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */ \
-    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 1: its brick was asleep when that was last found (sleep.h)             */
+    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 0: awake, when that was last found (sleep.h); 2: passed over by an edit */
 #define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
     X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \

@@ -981,8 +981,9 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
 SPRINGLS__MATHS bool springls__is_before_edge(float t, float x) { return t + SPRINGLS__EDGE_MARGIN < x; }
 SPRINGLS__MATHS bool springls__is_behind_edge(float t, float x) { return t - SPRINGLS__EDGE_MARGIN >= x + 1.0f; }
 
-/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take all
-   hits of a pair about their node: it is of that in which more of their weight lies, so that a sheet is crossed there once. */
+/* Returns whether a pair of runs, `run` and the next, is of the edge on the other side of `node`, an end of this one. Both edges take
+   hits near their node. A pair of such hits alone is of the edge in which more of their weight lies, so that a sheet is crossed there
+   once; with others, which the edge beyond does not take and so may have no pair, it stays. */
 SPRINGLS__MATHS bool springls__is_beyond_node(int first, int n, int run, float node, bool at_end, const springls__line_work *work)
 {
     float here = 0.0f, beyond = 0.0f;

@@ -433,7 +433,7 @@ typedef void (*springls_batch_fn)(void *user, const springls_batch *batch, float
    field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
-    springls_grid_desc grid; /* size all zero: the model's grid                                                     */
+    springls_grid_desc grid; /* places the samples in the world, with voxel_units too; size all zero: the model's grid */
     unsigned version;        /* with a backend: samples are sent again when this or `data` changes; 0: every time   */
 } springls_sampled_field;
 

@@ -657,7 +657,7 @@ SPRINGLS__FN springls_status springls__take_references(springls_context *ctx)
 
 /* ---- springls ---- */
 
-/* Marks what is near springls of this model that do not stay. Those lie about the other's, or nothing does that stays. */
+/* Marks what is near springls of this model that do not stay. They lie in the box of the other model, or no springl stays. */
 SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;

@@ -60,8 +60,9 @@ SPRINGLS__FN void springls__calm_aside_free(springls_context *ctx, springls__cal
 
 /* ---- what a change reaches ---- */
 
-/* Voxels: a springl further from all that come, go or move finds the seed and the edge that it found before. A seed lies within SEED_RANGE,
-   and is fitted to springls within FIT_RADIUS or, as a distance, PROJECT_RADIUS of it. */
+/* Voxels: a springl further from all that come, go or move finds the seed that it found before, and hardly ever another edge. A seed lies
+   within SEED_RANGE, and is fitted to springls within FIT_RADIUS or, as a distance, PROJECT_RADIUS of it. Which of those are at an edge may
+   have changed by springls still further away: that is passed over. */
 #define SPRINGLS__CHANGE_REACH (SPRINGLS__SEED_RANGE + SPRINGLS__FIT_RADIUS + 0.05f)
 
 /* Makes marks, none of them set, for changes in a box. */
