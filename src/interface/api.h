@@ -468,6 +468,7 @@ typedef struct springls_forces {
                                       when a step or sub-step begins do not move and are not visited: a tool that acts in one
                                       place takes time for the springls there alone. The logger is warned of a box outside the
                                       grid. Both all zero: everywhere                                               */
+    bool world_units;              /* not read: of earlier versions, where the world was not the default            */
 } springls_forces;
 
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
