@@ -737,6 +737,14 @@ TEST what_cannot_be_read_is_named(void)
         {ASSET "," TRIANGLE "," BYTES "," VIEW "," ACCESSOR(",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"byteOffset\":15,"
                                                             "\"componentType\":5121},\"values\":{\"bufferView\":0}}") "}",
          "names element 63 of 3"},
+        {ASSET "," TRIANGLE "," BYTES "," VIEW "," ACCESSOR(",\"sparse\":{\"count\":2,\"indices\":{\"bufferView\":0,"
+                                                            "\"componentType\":5121},\"values\":{\"bufferView\":0}}") "}",
+         "accessor 0: its sparse part names element 0 after 0"},
+        {ASSET ",\"nodes\":[{\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0],\"skeleton\":99}],"
+               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2}}]}]," BYTES "," VIEW ","
+               ACCESSOR("},{\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
+                        "{\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"") "}",
+         "skeleton names a node that there is not"},
         {ASSET "," TRIANGLE "," BYTES ",\"bufferViews\":[{\"buffer\":0,\"byteOffset\":8,\"byteLength\":36}]," ACCESSOR("") "}",
          "buffer view 0: it is not within buffer 0"},
         {ASSET "," TRIANGLE ",\"buffers\":[{\"byteLength\":36}]," VIEW "," ACCESSOR("") "}", "buffer 0: it has no bytes"},

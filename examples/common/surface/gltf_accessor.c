@@ -113,9 +113,14 @@ static bool read_sparse(struct gltf_file *file, int accessor, const cJSON *spars
     if (!find_elements(file, accessor, indices, &index, &has_indices) || !find_elements(file, accessor, values, &value, &has_values)) {
         return false;
     }
+    double before = -1.0;
     for (size_t i = 0; has_indices && has_values && i < index.count; ++i) {
         double element;
         read_element(&index, i, &element);
+        if (element <= before) { /* accessor.sparse.indices: strictly increasing */
+            return gltf_fail(file, GLTF_ACCESSORS, accessor, "its sparse part names element %.0f after %.0f", element, before);
+        }
+        before = element;
         if (element >= (double)whole->count) {
             return gltf_fail(file, GLTF_ACCESSORS, accessor, "its sparse part names element %.0f of %zu", element, whole->count);
         }

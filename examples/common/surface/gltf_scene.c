@@ -347,7 +347,9 @@ static bool read_bones(struct gltf_scene *g, int skin, struct scene_part *part)
     const cJSON *item = g->file.items[GLTF_SKINS][skin], *joints = gltf_member(item, "joints"), *joint;
     const int count = cJSON_GetArraySize(joints);
     struct gltf_values matrices;
-    if (!gltf_read_attribute(&g->file, item, "inverseBindMatrices", 16, 16, NULL, NULL, &matrices)) {
+    int root;
+    if (!gltf_reference(&g->file, item, "skeleton", GLTF_NODES, &root)
+        || !gltf_read_attribute(&g->file, item, "inverseBindMatrices", 16, 16, NULL, NULL, &matrices)) {
         return false;
     }
     if (matrices.at && matrices.count < (size_t)count) {
