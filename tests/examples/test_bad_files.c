@@ -120,6 +120,7 @@ static greatest_test_res use(springls_context *ctx)
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_mesh mesh;
     springls__mesh_report report;
+    forces.voxel_units = true; /* the meshes are of any size */
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     report = fixture_report(&mesh);

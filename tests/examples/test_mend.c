@@ -801,6 +801,85 @@ TEST odd_files_are_read(void)
     PASS();
 }
 
+/* Writes a drum of `sides` sides, of radius 10 and height 5, about (place place place): after a mark and a long comment, its ends in lines
+ * that go on; `bad` stands for the x of the first corner of the lower end, NULL: what it is. A last triangle has `bad_last` in a corner. */
+static bool write_drum(const char *path, int sides, double place, const char *bad, const char *bad_last)
+{
+    FILE *file = fopen(path, "wb");
+    if (!file) {
+        return false;
+    }
+    fprintf(file, "\xEF\xBB\xBF# %09999d\n", 0);
+    for (int i = 0; i < 2 * sides; ++i) {
+        const double a = 2.0 * PI * (i % sides) / sides, y = place + 10.0 * sin(a), z = place + (i < sides ? 0.0 : 5.0);
+        if (i == 0 && bad) {
+            fprintf(file, "v %s %.9f %.9f\n", bad, y, z);
+        } else {
+            fprintf(file, "v %.9f %.9f %.9f\n", place + 10.0 * cos(a), y, z);
+        }
+    }
+    for (int end = 0; end < 2; ++end) {
+        fprintf(file, "f");
+        for (int i = 0; i < sides; ++i) fprintf(file, " \\\n %d/1/1", end == 0 ? sides - i : sides + 1 + i);
+        fprintf(file, "\n");
+    }
+    for (int i = 0; i < sides; ++i) {
+        const int j = (i + 1) % sides;
+        fprintf(file, "f %d %d %d %d\n", i + 1, j + 1, sides + j + 1, sides + i + 1);
+    }
+    if (bad_last) {
+        fprintf(file, "v 0 0 %s\nf 1 2 -1\n", bad_last);
+    }
+    return fclose(file) == 0;
+}
+
+/* Faces of any number of corners in lines of any length; a corner that is not finite takes one triangle from each of its faces, near the
+ * origin and far from it. */
+TEST large_faces_lose_bad_corners_alone(void)
+{
+    static const struct {
+        int sides;
+        double place;
+        const char *bad, *bad_last;
+        size_t lost;
+    } drums[] = {{257, 0.0, NULL, NULL, 0},   {1000, 0.0, NULL, NULL, 0},    {1000, 5e6, NULL, NULL, 0}, {200, 5e6, NULL, "nan", 1},
+                 {200, 0.0, NULL, "-inf", 1}, {200, 0.0, NULL, "3.5e38", 1}, {200, 0.0, "nan", NULL, 3}, {200, 5e6, "1e308", NULL, 3}};
+    struct mesh mesh;
+    double origin[3];
+    char error[MESH_TEXT] = "";
+    for (size_t i = 0; i < sizeof drums / sizeof *drums; ++i) {
+        const size_t sides = (size_t)drums[i].sides, triangles = 4 * sides - 4 - (drums[i].bad ? 3 : 0);
+        ASSERT(write_drum(scratch("drum.obj"), drums[i].sides, drums[i].place, drums[i].bad, drums[i].bad_last));
+        ASSERTm(error, mesh_read_local(scratch("drum.obj"), &mesh, origin, error));
+        ASSERT_EQ_FMT(triangles, mesh.triangle_count, "%zu");
+        ASSERT_EQ(drums[i].lost, mesh.not_finite);
+        ASSERT_EQ(2 * sides - (drums[i].bad ? 1 : 0), mesh.vertex_count);
+        ASSERT_EQ(drums[i].place > 0.0, origin[0] > 0.0);
+        double area = 0.0;
+        for (size_t t = 0; t < triangles; ++t) {
+            const uint32_t *c = mesh.indices + 3 * t;
+            area += vec3_triangle_area(mesh.positions + 3 * c[0], mesh.positions + 3 * c[1], mesh.positions + 3 * c[2]);
+        }
+        const double angle = 2.0 * PI / drums[i].sides, side = 2.0 * 10.0 * sin(0.5 * angle), n = drums[i].sides;
+        const double lost = drums[i].bad ? 100.0 * sin(angle) * (1.0 - cos(angle)) + 5.0 * side : 0.0; /* an ear, halves of two walls */
+        ASSERT_IN_RANGE(n * (100.0 * sin(angle) + 5.0 * side) - lost, area, 1e-2);
+        mesh_free(&mesh);
+    }
+    PASS();
+}
+
+TEST distant_degenerate_triangles_are_named(void)
+{
+    struct mesh mesh;
+    double origin[3];
+    char error[MESH_TEXT] = "";
+    FILE *file = fopen(scratch("lines.obj"), "wb");
+    ASSERT(file && fputs("v 5000000 0 0\nv 5000001 0 0\nf 1 2 2\nf 1 1 2\n", file) >= 0 && fclose(file) == 0);
+    ASSERT_FALSE(mesh_read_local(scratch("lines.obj"), &mesh, origin, error));
+    ASSERTm(error, strstr(error, "degenerate") != NULL);
+    PASS();
+}
+
 static void put_little_endian(unsigned char *at, uint32_t bits)
 {
     for (int i = 0; i < 4; ++i) {
@@ -815,8 +894,10 @@ TEST odd_triangles_are_read_or_named(void)
         uint32_t count;
         size_t rest;
         const char *first, *problem;
-    } files[] = {{1, 0, "solid by name", NULL},  {1, 7, "by name", NULL}, {0, 0, "by name", NULL}, {UINT32_MAX, 0, "stream", NULL},
-                 {2, 0, "by name", "promises 2"}};
+    } files[] = {{1, 0, "solid by name", NULL}, {1, 7, "by name", NULL},          {0, 0, "by name", NULL},
+                 {1, 7, "solid by name", NULL}, {0, 0, "solid by name", NULL},    {UINT32_MAX, 0, "stream", NULL},
+                 {2, 0, "by name", "promises 2"}, {2, 0, "solid by name", "promises 2"}};
+    static const char *const names[] = {"vertex", "vertex_1", "facet"};
     struct mesh mesh;
     double origin[3];
     char error[MESH_TEXT] = "";
@@ -825,7 +906,8 @@ TEST odd_triangles_are_read_or_named(void)
         const float one = 1.0f;
         uint32_t bits;
         memcpy(&bits, &one, sizeof bits);
-        strcpy((char *)bytes, files[i].first);
+        memset(bytes, ' ', 80);
+        memcpy(bytes, files[i].first, strlen(files[i].first));
         put_little_endian(bytes + 80, files[i].count);
         put_little_endian(bytes + 84 + 24, bits); /* (0 0 0), (1 0 0), (0 1 0) */
         put_little_endian(bytes + 84 + 40, bits);
@@ -843,8 +925,8 @@ TEST odd_triangles_are_read_or_named(void)
     FILE *file = fopen(scratch("odd.stl"), "wb");
     ASSERT(file);
     for (int i = 0; i < 3; ++i) {
-        fprintf(file, "SOLID a\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX %s 0 %d\n VERTEX 1 0 %d\n VERTEX 0 1 %d\n ENDLOOP\n "
-                      "ENDFACET\nENDSOLID a\n", i == 1 ? "NaN" : "0", i, i, i);
+        fprintf(file, "SOLID %s\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX %s 0 %d\n VERTEX 1 0 %d\n VERTEX 0 1 %d\n ENDLOOP\n "
+                      "ENDFACET\nENDSOLID %s\n", names[i], i == 1 ? "NaN" : "0", i, i, i, names[i]);
     }
     ASSERT(fclose(file) == 0 && mesh_read_local(scratch("odd.stl"), &mesh, origin, error));
     ASSERT_EQ(2, mesh.triangle_count);
@@ -902,6 +984,8 @@ int main(int argc, char **argv)
     RUN_TEST(distant_meshes_keep_their_digits);
     RUN_TEST(what_is_whole_gives_no_warning);
     RUN_TEST(odd_files_are_read);
+    RUN_TEST(large_faces_lose_bad_corners_alone);
+    RUN_TEST(distant_degenerate_triangles_are_named);
     RUN_TEST(odd_triangles_are_read_or_named);
     RUN_TEST(bad_arguments_are_refused_in_one_line);
     if (!remove_folder()) return 1;

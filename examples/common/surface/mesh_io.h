@@ -20,7 +20,7 @@ struct mesh {
     float *colors;  /* 3 a vertex, 0..1: the file's vertex colours, or those of several materials; NULL: it has none */
     uint32_t *source; /* of each triangle, its number in the file; NULL: not known */
     size_t dropped; /* triangles left out: two corners became one vertex */
-    size_t not_finite; /* triangles left out for a corner that is not finite: by mesh_read_local, where mesh_read refuses them */
+    size_t not_finite; /* triangles left out for corners that are not finite: by mesh_read_local, where mesh_read refuses them */
 };
 
 /* Reads a mesh. Returns false with an empty mesh and one line in `error` (unreadable, no triangles, coordinates that are not

@@ -9,24 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Leaves triangles out that have a corner that is not finite. Returns how many. */
-static size_t drop_not_finite(struct plain_mesh *f)
-{
-    size_t kept = 0;
-    for (size_t t = 0; t < f->triangle_count; ++t) {
-        bool finite = true;
-        for (int i = 0; i < 9; ++i) {
-            finite = finite && isfinite(f->places[3 * (size_t)f->indices[3 * t + (size_t)(i / 3)] + (size_t)(i % 3)]);
-        }
-        if (finite) {
-            memmove(f->indices + 3 * kept++, f->indices + 3 * t, 3 * sizeof *f->indices);
-        }
-    }
-    const size_t dropped = f->triangle_count - kept;
-    f->triangle_count = kept;
-    return dropped;
-}
-
 /* Finds whether floats resolve a mesh's places badly, and an origin of whole numbers in its middle. */
 static bool is_distant(const struct plain_mesh *f, double origin[3])
 {
@@ -38,7 +20,7 @@ static bool is_distant(const struct plain_mesh *f, double origin[3])
             const double x = f->places[3 * (size_t)f->indices[i] + k];
             lower = fmin(lower, x);
             upper = fmax(upper, x);
-            furthest = isfinite(x) ? fmax(furthest, fabs(x)) : INFINITY;
+            furthest = fmax(furthest, fabs(x));
         }
         size = fmax(size, upper - lower);
         origin[k] = floor(0.5 * lower + 0.5 * upper);
@@ -128,26 +110,31 @@ static bool make_mesh(struct plain_mesh *f, const double origin[3], struct mesh 
     return true;
 }
 
+/* Makes a mesh, of one triangle or more, of what plain_mesh_read read. */
+static bool take_plain(const char *path, struct plain_mesh *plain, const double origin[3], struct mesh *mesh, char error[MESH_TEXT])
+{
+    if (plain->triangle_count == 0) {
+        return scene_fail(error, path, plain->not_finite ? "no triangles: all have corners that are not finite" : "no triangles");
+    }
+    if (!make_mesh(plain, origin, mesh)) {
+        return scene_fail(error, path, "not enough memory");
+    }
+    mesh->not_finite = plain->not_finite;
+    if (mesh->triangle_count == 0) {
+        mesh_free(mesh);
+        return scene_fail(error, path, "no triangles: all of them are degenerate");
+    }
+    return true;
+}
+
 bool mesh_read_local(const char *path, struct mesh *mesh, double origin[3], char error[MESH_TEXT])
 {
     struct plain_mesh plain;
-    const bool is_plain = plain_mesh_read(path, &plain);
-    const size_t not_finite = is_plain ? drop_not_finite(&plain) : 0;
-    bool taken = is_plain && !plain.single && plain.triangle_count > 0 && is_distant(&plain, origin) && make_mesh(&plain, origin, mesh);
-    if (!taken) {
+    const bool is_plain = plain_mesh_read(path, &plain), distant = is_plain && !plain.single && is_distant(&plain, origin);
+    if (!distant) {
         origin[0] = origin[1] = origin[2] = 0.0;
-        taken = mesh_read(path, mesh, error);
     }
-    if (!taken && is_plain && plain.triangle_count == 0) {
-        scene_fail(error, path, not_finite ? "no triangles: all have corners that are not finite" : "no triangles");
-    } else if (!taken && is_plain) {
-        taken = make_mesh(&plain, origin, mesh);
-        mesh->not_finite = not_finite;
-        if (taken && mesh->triangle_count == 0) {
-            taken = scene_fail(error, path, "no triangles: all of them are degenerate");
-            mesh_free(mesh);
-        }
-    }
+    const bool taken = (!distant && mesh_read(path, mesh, error)) || (is_plain && take_plain(path, &plain, origin, mesh, error));
     plain_mesh_free(&plain);
     return taken;
 }

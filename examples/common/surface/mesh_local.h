@@ -7,7 +7,8 @@
 
 /* Reads a mesh as mesh_read does; but one of PLY, OBJ or STL that lies many times its own size from the origin is read in double precision,
  * without materials, and its places are less `origin`, whole numbers (0 for all others). Without materials are also files that only
- * plain_mesh_read reads; triangles with corners that are not finite are left out. */
+ * plain_mesh_read reads; corners that are not finite are left out of their faces,
+ * and mesh->not_finite counts the triangles that this takes. */
 bool mesh_read_local(const char *path, struct mesh *mesh, double origin[3], char error[MESH_TEXT]);
 
 /* Prints a warning where triangles were left out for corners that are not finite. */

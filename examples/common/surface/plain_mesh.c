@@ -5,18 +5,26 @@
 #include "surface/scene_files.h"
 
 #include <ctype.h>
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-enum { MOST_PROPERTIES = 64, MOST_CORNERS = 256 };
+enum { MOST_PROPERTIES = 64 };
 
 /* A file as it is taken apart. */
 struct source {
     const unsigned char *at, *end; /* a zero follows, for numbers of text */
     unsigned char line_end;
     struct plain_mesh *mesh;
+    char *line; /* text and a zero */
+    size_t line_length, line_room;
+    uint32_t *corners; /* of a face: those that are finite, with their places */
+    double *corner_places;
+    size_t corner_count, corner_room, place_room;
+    size_t lost_corners; /* of the same face: those that are not */
 };
 
 static bool room_for(void **array, size_t *room, size_t count, size_t bytes)
@@ -32,27 +40,45 @@ static bool room_for(void **array, size_t *room, size_t count, size_t bytes)
     return grown != NULL;
 }
 
-/* Adds a face of any number of corners. */
-static bool add_face(struct plain_mesh *mesh, const uint32_t *corners, size_t count)
+/* Adds a corner, a vertex that is read, to the face. One that is not finite as a float is left out of it: of a large polygon all but a
+ * triangle stays. */
+static bool add_corner(struct source *f, uint32_t vertex)
 {
-    double places[3 * MOST_CORNERS];
-    int cut[3 * MOST_CORNERS];
-    if (count < 3) {
+    const double *place = f->mesh->places + 3 * (size_t)vertex, most = (double)FLT_MAX;
+    if (!(fabs(place[0]) <= most && fabs(place[1]) <= most && fabs(place[2]) <= most)) {
+        ++f->lost_corners;
         return true;
     }
-    for (size_t k = 0; k < count; ++k) {
-        for (size_t c = 0; c < 3; ++c) {
-            places[3 * k + c] = mesh->places[3 * (size_t)corners[k] + c];
-        }
-    }
-    if (!polygon_cut(places, count, cut)
-        || !room_for((void **)&mesh->indices, &mesh->triangle_room, mesh->triangle_count + count - 2, 3 * sizeof *mesh->indices)) {
+    if (!room_for((void **)&f->corners, &f->corner_room, f->corner_count + 1, sizeof *f->corners)
+        || !room_for((void **)&f->corner_places, &f->place_room, f->corner_count + 1, 3 * sizeof *f->corner_places)) {
         return false;
     }
-    for (size_t i = 0; i < 3 * (count - 2); ++i) {
-        mesh->indices[3 * mesh->triangle_count + i] = corners[cut[i]];
+    memcpy(f->corner_places + 3 * f->corner_count, place, 3 * sizeof *place);
+    f->corners[f->corner_count++] = vertex;
+    return true;
+}
+
+/* Adds the triangles of the face to the mesh, and begins another. */
+static bool end_face(struct source *f)
+{
+    struct plain_mesh *mesh = f->mesh;
+    const size_t count = f->corner_count, triangles = count > 2 ? count - 2 : 0, all = count + f->lost_corners;
+    mesh->not_finite += all > 2 ? all - 2 - triangles : 0;
+    f->corner_count = f->lost_corners = 0;
+    if (triangles == 0) {
+        return true;
     }
-    mesh->triangle_count += count - 2;
+    if (!room_for((void **)&mesh->indices, &mesh->triangle_room, mesh->triangle_count + triangles, 3 * sizeof *mesh->indices)) {
+        return false;
+    }
+    uint32_t *indices = mesh->indices + 3 * mesh->triangle_count;
+    if (!polygon_cut(f->corner_places, count, (int *)indices)) {
+        return false;
+    }
+    for (size_t i = 0; i < 3 * triangles; ++i) {
+        indices[i] = f->corners[indices[i]];
+    }
+    mesh->triangle_count += triangles;
     return true;
 }
 
@@ -77,22 +103,28 @@ static const char *read_place(const char *text, double place[3])
     return text;
 }
 
-/* Copies the next line, without its end. Returns false at the end of the file, or where it does not fit. */
-static bool next_line(struct source *f, char *line, size_t size)
+/* Appends the next line, without its end, to the line. Returns false at the end of the file, or where memory is short. */
+static bool append_line(struct source *f)
 {
-    size_t n = 0;
     if (f->at >= f->end) {
         return false;
     }
-    for (; f->at < f->end && *f->at != f->line_end; ++f->at) {
-        if (n + 1 >= size) {
-            return false;
-        }
-        line[n++] = (char)*f->at;
+    const unsigned char *end = memchr(f->at, f->line_end, (size_t)(f->end - f->at));
+    const size_t length = (size_t)((end ? end : f->end) - f->at);
+    if (!room_for((void **)&f->line, &f->line_room, f->line_length + length + 1, 1)) {
+        return false;
     }
-    f->at += f->at < f->end;
-    line[n] = '\0';
+    memcpy(f->line + f->line_length, f->at, length);
+    f->line_length += length;
+    f->line[f->line_length] = '\0';
+    f->at += length + (end ? 1 : 0);
     return true;
+}
+
+static bool next_line(struct source *f)
+{
+    f->line_length = 0;
+    return append_line(f);
 }
 
 static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
@@ -103,52 +135,46 @@ static const char *skip_blanks(const char *text) { return text + strspn(text, " 
 
 static bool obj_face(struct source *f, const char *text)
 {
-    uint32_t corners[MOST_CORNERS];
-    size_t count = 0;
     for (const char *at = skip_blanks(text); *at; at = skip_blanks(at)) {
         char *end;
         const long vertices = (long)f->mesh->vertex_count, number = strtol(at, &end, 10);
         const long index = number < 0 ? vertices + number : number - 1;
-        if (end == at || index < 0 || index >= vertices || count == MOST_CORNERS) {
+        if (end == at || index < 0 || index >= vertices || !add_corner(f, (uint32_t)index)) {
             return false;
         }
-        corners[count++] = (uint32_t)index;
         at += strcspn(at, " \t\r");
     }
-    return add_face(f->mesh, corners, count);
+    return end_face(f);
 }
 
-/* Copies the next line, with those that a backslash at its end joins to it. */
-static bool obj_line(struct source *f, char *line, size_t size)
+/* Reads the next line, with those that a backslash at its end joins to it. */
+static bool obj_line(struct source *f)
 {
-    for (size_t n = 0;; n = strlen(line)) {
-        if (!next_line(f, line + n, size - n)) {
-            return n > 0;
-        }
-        size_t end = strlen(line);
-        while (end > 0 && is_blank(line[end - 1])) {
+    f->line_length = 0;
+    while (append_line(f)) {
+        size_t end = f->line_length;
+        while (end > 0 && is_blank(f->line[end - 1])) {
             --end;
         }
-        if (end == 0 || line[end - 1] != '\\') {
+        if (end == 0 || f->line[end - 1] != '\\') {
             return true;
         }
-        line[end - 1] = ' ';
-        line[end] = '\0';
+        f->line[end - 1] = ' ';
+        f->line[end] = '\0';
+        f->line_length = end;
     }
+    return f->at == f->end; /* behind a last backslash */
 }
 
 static bool read_obj(struct source *f)
 {
     static const unsigned char mark[] = {0xEF, 0xBB, 0xBF};
-    char line[4096];
     bool good = true;
     if (f->end - f->at > 3 && memcmp(f->at, mark, sizeof mark) == 0) {
         f->at += sizeof mark;
     }
-    while (good && f->at < f->end) {
-        line[0] = '\0';
-        good = obj_line(f, line, sizeof line);
-        const char *word = skip_blanks(line);
+    while (good && f->at < f->end && (good = obj_line(f))) {
+        const char *word = skip_blanks(f->line);
         double place[3];
         if (word[0] == 'v' && is_blank(word[1])) {
             good = read_place(word + 1, place) && add_place(f->mesh, place);
@@ -170,6 +196,12 @@ static bool begins_with(const unsigned char *at, const unsigned char *end, const
     return *word == '\0';
 }
 
+/* Returns whether a word of a text is this one. */
+static bool is_word(const unsigned char *at, const unsigned char *end, const char *word)
+{
+    return begins_with(at, end, word) && (at + strlen(word) == end || isspace(at[strlen(word)]));
+}
+
 /* Moves on to the next word. */
 static void next_word(struct source *f)
 {
@@ -181,25 +213,37 @@ static void next_word(struct source *f)
     }
 }
 
-/* Reads facets of all solids of a text. */
-static bool read_stl_text(struct source *f)
+/* Returns whether a file that begins with "solid" is a text: the header of a binary one may begin so too, but no facet follows, and soon a
+ * zero does. */
+static bool is_stl_text(struct source f)
 {
-    uint32_t corners[MOST_CORNERS];
-    size_t count = 0;
-    bool good = true;
-    for (; good && f->at < f->end; next_word(f)) {
-        double place[3];
-        if (begins_with(f->at, f->end, "vertex")) {
-            good = count < MOST_CORNERS && read_place((const char *)f->at + 6, place) && add_place(f->mesh, place);
-            if (good) {
-                corners[count++] = (uint32_t)(f->mesh->vertex_count - 1);
-            }
-        } else if (begins_with(f->at, f->end, "endloop")) {
-            good = add_face(f->mesh, corners, count);
-            count = 0;
+    const unsigned char *zero = memchr(f.at, '\0', (size_t)(f.end - f.at));
+    f.end = zero ? zero : f.end;
+    for (; f.at < f.end; next_word(&f)) {
+        if (is_word(f.at, f.end, "facet") || is_word(f.at, f.end, "endsolid")) {
+            return true;
         }
     }
-    return good && count == 0;
+    return false;
+}
+
+/* Reads facets of all solids of a text. Their names are any words: a vertex stands in a loop. */
+static bool read_stl_text(struct source *f)
+{
+    bool good = true, in_loop = false;
+    for (; good && f->at < f->end; next_word(f)) {
+        double place[3];
+        if (is_word(f->at, f->end, "loop")) {
+            in_loop = true;
+        } else if (in_loop && is_word(f->at, f->end, "vertex")) {
+            good = read_place((const char *)f->at + 6, place) && add_place(f->mesh, place)
+                && add_corner(f, (uint32_t)(f->mesh->vertex_count - 1));
+        } else if (in_loop && is_word(f->at, f->end, "endloop")) {
+            good = end_face(f);
+            in_loop = false;
+        }
+    }
+    return good && !in_loop;
 }
 
 static uint32_t little_endian(const unsigned char *b)
@@ -212,7 +256,6 @@ static bool read_stl_binary(struct source *f, size_t count)
     bool good = true;
     f->mesh->single = true;
     for (f->at += 84; good && count > 0; --count, f->at += 50) {
-        const uint32_t first = (uint32_t)f->mesh->vertex_count, corners[3] = {first, first + 1, first + 2};
         for (int k = 0; good && k < 3; ++k) {
             double place[3];
             for (int c = 0; c < 3; ++c) {
@@ -221,14 +264,14 @@ static bool read_stl_binary(struct source *f, size_t count)
                 memcpy(&number, &bits, sizeof number);
                 place[c] = (double)number;
             }
-            good = add_place(f->mesh, place);
+            good = add_place(f->mesh, place) && add_corner(f, (uint32_t)(f->mesh->vertex_count - 1));
         }
-        good = good && add_face(f->mesh, corners, 3);
+        good = good && end_face(f);
     }
     return good;
 }
 
-/* A binary file is told by its size, or by not beginning as a text does. Programs that write as they go leave its count at none or all
+/* A binary file is told by its size, or by not being a text. Programs that write as they go leave its count at none or all
  * bits. */
 static bool read_stl(struct source *f)
 {
@@ -237,7 +280,7 @@ static bool read_stl(struct source *f)
     if (size >= 84 && count == room && 84 + 50 * room == size) {
         return read_stl_binary(f, count);
     }
-    if (begins_with(f->at, f->end, "solid")) {
+    if (begins_with(f->at, f->end, "solid") && is_stl_text(*f)) {
         return read_stl_text(f);
     }
     if ((count == 0 || count == UINT32_MAX) && 84 + 50 * room == size) {
@@ -306,14 +349,15 @@ static bool ply_header(struct ply *ply)
 {
     const uint16_t one = 1;
     const bool little = *(const unsigned char *)&one == 1;
-    char line[512], format[32];
+    char format[32];
     unsigned long long count;
     struct source *f = ply->file;
     if (f->end - f->at > 4 && f->at[3] == '\r' && f->at[4] != '\n') {
         f->line_end = '\r';
     }
-    bool good = next_line(f, line, sizeof line) && strncmp(line, "ply", 3) == 0;
-    while (good && next_line(f, line, sizeof line)) {
+    bool good = next_line(f) && strncmp(f->line, "ply", 3) == 0;
+    while (good && next_line(f)) {
+        const char *line = f->line;
         struct ply_element *e = &ply->elements[ply->element_count];
         if (strncmp(line, "end_header", 10) == 0) {
             return true;
@@ -395,16 +439,13 @@ static void ply_take(struct plain_mesh *mesh, const struct ply_property *p, doub
 
 static bool ply_list(struct ply *ply, const struct ply_property *p, bool faces)
 {
-    uint32_t corners[MOST_CORNERS];
     double count, value = 0.0;
-    bool good = ply_number(ply, p->count, &count) && count >= 0.0 && (!faces || count <= MOST_CORNERS);
+    bool good = ply_number(ply, p->count, &count) && count >= 0.0;
     for (double i = 0.0; good && i < count; ++i) {
-        good = ply_number(ply, p->type, &value) && (!faces || (value >= 0.0 && value < (double)ply->vertices));
-        if (good && faces) {
-            corners[(int)i] = (uint32_t)value;
-        }
+        good = ply_number(ply, p->type, &value)
+            && (!faces || (value >= 0.0 && value < (double)ply->vertices && add_corner(ply->file, (uint32_t)value)));
     }
-    return good && (!faces || add_face(ply->file->mesh, corners, (size_t)count));
+    return good && (!faces || end_face(ply->file));
 }
 
 /* Passes over the end of a line of text. Returns whether nothing is left of it. */
@@ -513,6 +554,9 @@ bool plain_mesh_read(const char *path, struct plain_mesh *mesh)
         bytes[size] = '\0';
         struct source f = {.at = bytes, .end = bytes + size, .line_end = '\n', .mesh = mesh};
         good = ply ? read_ply(&f) : obj ? read_obj(&f) : read_stl(&f);
+        free(f.line);
+        free(f.corners);
+        free(f.corner_places);
     }
     free(bytes);
     if (!good) {

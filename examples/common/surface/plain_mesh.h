@@ -14,6 +14,7 @@ struct plain_mesh {
     uint32_t *indices; /* 3 a triangle */
     size_t vertex_count, triangle_count;
     size_t vertex_room, triangle_room;
+    size_t not_finite; /* triangles that are not there, for corners that are not finite as floats: such corners are left out of faces */
     bool single; /* the file has floats: it is no more precise than these */
 };
 

@@ -50,11 +50,12 @@ static bool is_free(const struct ring *r, size_t i)
 /* Returns the roundest ear; of what has none, the roundest corner. `start`: a corner that is left. */
 static size_t find_ear(struct ring *r, size_t start)
 {
-    size_t best = start, i = start;
+    size_t roundest = start, i = start;
     for (size_t k = 0; k < r->left; ++k, i = r->next[i]) {
         r->roundness[i] = roundness(r, i);
     }
     for (size_t tries = 0; tries < r->left; ++tries) {
+        size_t best = start;
         double most = 0.0;
         for (size_t k = 0; k < r->left; ++k, i = r->next[i]) {
             if (r->roundness[i] > most) {
@@ -62,12 +63,16 @@ static size_t find_ear(struct ring *r, size_t start)
                 best = i;
             }
         }
-        if (!(most > 0.0) || is_free(r, best)) {
+        if (!(most > 0.0)) {
             break;
         }
+        if (is_free(r, best)) {
+            return best;
+        }
+        roundest = tries == 0 ? best : roundest;
         r->roundness[best] = 0.0;
     }
-    return best;
+    return roundest;
 }
 
 static void cut_ears(struct ring *r, int *triangles)

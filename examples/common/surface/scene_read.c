@@ -107,7 +107,8 @@ static bool stl_is_whole(struct header *h)
 {
     unsigned char bytes[84];
     rewind(h->file);
-    if (strncasecmp(h->line, "solid", 5) == 0 || fread(bytes, 1, sizeof bytes, h->file) != sizeof bytes) {
+    if (fread(bytes, 1, sizeof bytes, h->file) != sizeof bytes
+        || (strncasecmp(h->line, "solid", 5) == 0 && !memchr(bytes, '\0', sizeof bytes))) { /* a text */
         return true;
     }
     const double count = bytes[80] + 256.0 * (bytes[81] + 256.0 * (bytes[82] + 256.0 * bytes[83]));
