@@ -15300,6 +15300,14 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
+/* Multiplies the left 3x3 part of a row-major 3x4 matrix and a vector, such as a velocity. */
+SPRINGLS__FN springls__v3 springls__transform_vector(const double *m, springls__v3 v)
+{
+    const double x = (double)v.x, y = (double)v.y, z = (double)v.z;
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
+
 /* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
 SPRINGLS__FN double springls__determinant(const double *m)
 {
@@ -16034,10 +16042,8 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 /* Returns a velocity of a callback or a sampled field in voxels. */
 SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *motion, const float *v)
 {
-    const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
-    if (!motion->in_world) return springls__load3(v);
-    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
-                             (float)(m[8] * x + m[9] * y + m[10] * z));
+    const springls__v3 given = springls__load3(v);
+    return motion->in_world ? springls__transform_vector(motion->ctx->window.to_voxel, given) : given;
 }
 
 /* Converts velocities of a callback or a sampled field to voxels, in place. */
@@ -17358,14 +17364,6 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
         memset(g->calm + g->active[i] * SPRINGLS__OCTANTS, springls__calm_limit(&ctx->model), SPRINGLS__OCTANTS);
 }
 
-/* Finds the bricks that are awake, and those beside them; not yet the springls. */
-SPRINGLS__FN void springls__find_awake_bricks(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_lull, ctx->model.grid.active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_awake, ctx->model.grid.active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_near_awake, ctx->model.grid.active_count, NULL);
-}
-
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
 {
@@ -17375,7 +17373,9 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
         springls__wake_all(ctx);
         return SPRINGLS_OK;
     }
-    springls__find_awake_bricks(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_lull, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;
@@ -24355,7 +24355,8 @@ SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
     return springls__update_outdated_components(ctx);
 }
 
-SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+/* springls_step_begin without its warning of a region outside the grid. */
+SPRINGLS__FN springls_status springls__step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -24369,10 +24370,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_displacement", (double)step->rest_displacement));
-    if (step->forces) {
-        SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
-        springls__warn_of_region(ctx, step->forces);
-    }
+    if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
@@ -24381,6 +24379,13 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
     springls__begin_step(ctx, springls__step);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+{
+    SPRINGLS__TRY(springls__step_begin(ctx, step));
+    if (step->forces) springls__warn_of_region(ctx, step->forces);
     return SPRINGLS_OK;
 }
 
@@ -49280,7 +49285,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49284 \"springls.h\"\n",
+    "#line 49289 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -55965,11 +55970,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity_at(const springls__tiling_push
     const bool in_voxels = push->desc->voxel_units || host->lattice_is_world; /* the grid of a tiling does not move */
     const springls__v3 x = in_voxels ? springls__load3(place) : springls__world_to_voxel(host, place);
     const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, facing, x);
-    const double *m = host->window.to_world, along[3] = { (double)v.x, (double)v.y, (double)v.z };
-    if (in_voxels) return v;
-    return springls__v3_make((float)(m[0] * along[0] + m[1] * along[1] + m[2] * along[2]),
-                             (float)(m[4] * along[0] + m[5] * along[1] + m[6] * along[2]),
-                             (float)(m[8] * along[0] + m[9] * along[1] + m[10] * along[2]));
+    return in_voxels ? v : springls__transform_vector(host->window.to_world, v);
 }
 
 /* Adds the velocities of the walls. */
@@ -56081,7 +56082,8 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
-    SPRINGLS__TRY(springls_step(body->ctx, &step));
+    SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
+    SPRINGLS__TRY(springls__finish_step(body->ctx));
     return springls__body_to_host(tiling, body, NULL);
 }
 
@@ -56300,6 +56302,13 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
+/* Warns of a box outside the grid, if it is for something. */
+SPRINGLS__FN void springls__warn_of_box(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const springls_forces forces = springls__tiling_forces(desc);
+    if (springls__pushes(desc)) springls__warn_of_region(tiling->host, &forces);
+}
+
 /* Makes a step. On failure the tiling is left as it is. */
 SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
@@ -56352,6 +56361,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    springls__warn_of_box(tiling, desc);
     return springls__whole_step(tiling, desc, report);
 }
 

@@ -23,6 +23,14 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
+/* Multiplies the left 3x3 part of a row-major 3x4 matrix and a vector, such as a velocity. */
+SPRINGLS__FN springls__v3 springls__transform_vector(const double *m, springls__v3 v)
+{
+    const double x = (double)v.x, y = (double)v.y, z = (double)v.z;
+    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
+                             (float)(m[8] * x + m[9] * y + m[10] * z));
+}
+
 /* Returns the determinant of the left 3x3 part of a row-major 3x4 matrix. */
 SPRINGLS__FN double springls__determinant(const double *m)
 {

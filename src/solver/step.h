@@ -70,7 +70,8 @@ SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
     return springls__update_outdated_components(ctx);
 }
 
-SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+/* springls_step_begin without its warning of a region outside the grid. */
+SPRINGLS__FN springls_status springls__step_begin(springls_context *ctx, const springls_step_desc *step)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -84,10 +85,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_displacement", (double)step->rest_displacement));
-    if (step->forces) {
-        SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
-        springls__warn_of_region(ctx, step->forces);
-    }
+    if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
@@ -96,6 +94,13 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
     springls__begin_step(ctx, springls__step);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+{
+    SPRINGLS__TRY(springls__step_begin(ctx, step));
+    if (step->forces) springls__warn_of_region(ctx, step->forces);
     return SPRINGLS_OK;
 }
 

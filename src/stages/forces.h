@@ -206,10 +206,8 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
 /* Returns a velocity of a callback or a sampled field in voxels. */
 SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *motion, const float *v)
 {
-    const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
-    if (!motion->in_world) return springls__load3(v);
-    return springls__v3_make((float)(m[0] * x + m[1] * y + m[2] * z), (float)(m[4] * x + m[5] * y + m[6] * z),
-                             (float)(m[8] * x + m[9] * y + m[10] * z));
+    const springls__v3 given = springls__load3(v);
+    return motion->in_world ? springls__transform_vector(motion->ctx->window.to_voxel, given) : given;
 }
 
 /* Converts velocities of a callback or a sampled field to voxels, in place. */

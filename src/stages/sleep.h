@@ -38,14 +38,6 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
         memset(g->calm + g->active[i] * SPRINGLS__OCTANTS, springls__calm_limit(&ctx->model), SPRINGLS__OCTANTS);
 }
 
-/* Finds the bricks that are awake, and those beside them; not yet the springls. */
-SPRINGLS__FN void springls__find_awake_bricks(springls_context *ctx)
-{
-    springls__run(ctx, SPRINGLS__KERNEL_lull, ctx->model.grid.active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_awake, ctx->model.grid.active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_near_awake, ctx->model.grid.active_count, NULL);
-}
-
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
 {
@@ -55,7 +47,9 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx)
         springls__wake_all(ctx);
         return SPRINGLS_OK;
     }
-    springls__find_awake_bricks(ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_lull, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
     springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;

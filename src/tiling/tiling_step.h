@@ -107,11 +107,7 @@ SPRINGLS__FN springls__v3 springls__film_velocity_at(const springls__tiling_push
     const bool in_voxels = push->desc->voxel_units || host->lattice_is_world; /* the grid of a tiling does not move */
     const springls__v3 x = in_voxels ? springls__load3(place) : springls__world_to_voxel(host, place);
     const springls__v3 v = springls__film_velocity(push->tiling, push->body->label, facing, x);
-    const double *m = host->window.to_world, along[3] = { (double)v.x, (double)v.y, (double)v.z };
-    if (in_voxels) return v;
-    return springls__v3_make((float)(m[0] * along[0] + m[1] * along[1] + m[2] * along[2]),
-                             (float)(m[4] * along[0] + m[5] * along[1] + m[6] * along[2]),
-                             (float)(m[8] * along[0] + m[9] * along[1] + m[10] * along[2]));
+    return in_voxels ? v : springls__transform_vector(host->window.to_world, v);
 }
 
 /* Adds the velocities of the walls. */
@@ -223,7 +219,8 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
-    SPRINGLS__TRY(springls_step(body->ctx, &step));
+    SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
+    SPRINGLS__TRY(springls__finish_step(body->ctx));
     return springls__body_to_host(tiling, body, NULL);
 }
 
@@ -442,6 +439,13 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     return SPRINGLS_OK;
 }
 
+/* Warns of a box outside the grid, if it is for something. */
+SPRINGLS__FN void springls__warn_of_box(const springls_tiling *tiling, const springls_tiling_step_desc *desc)
+{
+    const springls_forces forces = springls__tiling_forces(desc);
+    if (springls__pushes(desc)) springls__warn_of_region(tiling->host, &forces);
+}
+
 /* Makes a step. On failure the tiling is left as it is. */
 SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const springls_tiling_step_desc *desc,
                                                   springls_tiling_report *report)
@@ -494,6 +498,7 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_step(springls_tiling *tili
     memset(report, 0, sizeof *report);
     if (!tiling) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_tiling_step(tiling, desc));
+    springls__warn_of_box(tiling, desc);
     return springls__whole_step(tiling, desc, report);
 }
 

@@ -904,45 +904,70 @@ TEST regions_may_be_of_the_world(int at_rest)
     PASS();
 }
 
-/* Returns forces of every kind about a centre, of lengths `unit` times as large: a swirl, a pressure, samples, curvature, a region. */
-static springls_forces forces_about(const float *center, float unit, const float *samples)
+/* Turns about a centre, in the plane of x and y. */
+static void turn_about(void *user, const springls_batch *batch, float *out)
+{
+    const float *center = (const float *)user;
+    int i;
+    for (i = 0; i < batch->count; i++) {
+        out[3 * i] = -0.6f * (batch->points[3 * i + 1] - center[1]);
+        out[3 * i + 1] = 0.6f * (batch->points[3 * i] - center[0]);
+        out[3 * i + 2] = 0.0f;
+    }
+}
+
+/* Returns forces about a centre, of lengths `unit` times as large along each axis: a swirl, samples and a region; where spacings are
+   alike, and so normals are, a pressure and curvature, too. */
+static springls_forces forces_about(const float *center, const float *unit, const float *samples, bool alike)
 {
     springls_forces forces = springls_default_forces();
     int k;
-    forces.pressure = out_of_the_ball;
     forces.user = (void *)(uintptr_t)center;
-    forces.pressure_weight = forces.velocity_weight = unit;
-    forces.curvature_weight = 0.3f * unit * unit;
+    forces.velocity_batch = turn_about;
     forces.velocity_grid.data = samples;
+    forces.velocity_weight = 0.5f;
+    if (alike) {
+        forces.pressure = out_of_the_ball;
+        forces.pressure_weight = unit[0];
+        forces.curvature_weight = 0.3f * unit[0] * unit[0];
+    }
     for (k = 0; k < 3; k++) {
-        forces.region_lower[k] = center[k] - 2.5f * unit;
-        forces.region_upper[k] = center[k] + 9.0f * unit;
+        forces.region_lower[k] = center[k] - 2.5f * unit[k];
+        forces.region_upper[k] = center[k] + 9.0f * unit[k];
     }
     return forces;
 }
 
-/* Moves a ball by forces_about on a grid of this spacing; writes its particles, in voxels, if `particles` is not NULL. */
-static uint64_t moved_by_all(double spacing, bool voxel_units, float *particles, int *count, float *speed)
+enum { MOST_MOVED = 3000 };
+
+/* Moves a ball by forces_about on a grid of these spacings; writes its particles, in voxels, if `particles` is not NULL and has room for
+   them. */
+static uint64_t moved_by_all(const double *spacing, bool voxel_units, float *particles, int *count, float *speed)
 {
     springls_desc desc = fixture_desc(16, NULL);
-    const float unit = voxel_units ? 1.0f : (float)spacing;
-    const float center[3] = { 7.5f * unit, 7.5f * unit, 7.5f * unit };
-    springls_sphere ball = fixture_ball(7.5f * (float)spacing, 7.5f * (float)spacing, 7.5f * (float)spacing, 4.0f * (float)spacing);
-    float *samples = (float *)malloc(3 * 4096 * sizeof *samples);
-    springls_forces forces = forces_about(center, unit, samples);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
+    springls_sphere ball = fixture_ball(7.5f * (float)spacing[0], 7.5f * (float)spacing[1], 7.5f * (float)spacing[2],
+                                        4.0f * (float)spacing[0]);
+    float *samples = (float *)malloc(3 * 4096 * sizeof *samples), unit[3], center[3];
+    springls_forces forces;
+    springls_step_desc step;
     springls_context *ctx = NULL;
     springls_view view;
     uint64_t hash = 0;
     int i, k;
-    for (k = 0; k < 3; k++) desc.grid.spacing[k] = spacing;
-    for (i = 0; i < 3 * 4096; i++) samples[i] = 0.01f * (float)(i % 16 - i / 48 % 16);
+    for (k = 0; k < 3; k++) {
+        desc.grid.spacing[k] = spacing[k];
+        unit[k] = voxel_units ? 1.0f : (float)spacing[k];
+        center[k] = 7.5f * unit[k];
+    }
+    for (i = 0; i < 3 * 4096; i++) samples[i] = 0.02f * (float)(i % 16 - i / 48 % 16) * unit[i % 3];
+    forces = forces_about(center, unit, samples, spacing[0] == spacing[2]);
     forces.voxel_units = voxel_units;
+    step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     if (springls_create(&desc, &ctx) == SPRINGLS_OK && springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK
         && springls_max_speed(ctx, &forces, 0.0f, speed) == SPRINGLS_OK && springls_run(ctx, &step, 3) == SPRINGLS_OK) {
         view = springls_view_particles(ctx);
         *count = view.count;
-        for (i = 0; i < view.count && particles; i++) {
+        for (i = 0; i < view.count && particles && view.count <= MOST_MOVED; i++) {
             const float *p = (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride);
             memcpy(particles + 3 * i, p, 3 * sizeof *p);
         }
@@ -953,24 +978,33 @@ static uint64_t moved_by_all(double spacing, bool voxel_units, float *particles,
     return hash;
 }
 
-/* Where the world is the lattice, both units have the same bits. Where it is larger, forces of the world move springls as those in voxels
-   that are as much smaller, and speeds are those of the world. */
-TEST units_are_the_worlds(void)
+/* Where the world is the lattice, both units have the same bits. */
+TEST units_of_the_lattice(void)
 {
-    enum { MOST = 3000 };
-    static float in_world[3 * MOST], in_voxels[3 * MOST];
+    const double spacing[3] = { 1.0, 1.0, 1.0 };
+    float speed[2];
+    int count[2];
+    uint64_t hash = moved_by_all(spacing, false, NULL, &count[0], &speed[0]);
+    ASSERT(hash != 0);
+    ASSERT_EQ(hash, moved_by_all(spacing, true, NULL, &count[1], &speed[1]));
+    ASSERT_EQ(speed[0], speed[1]);
+    PASS();
+}
+
+/* Elsewhere forces of the world move springls as those in voxels do that are as many times larger as voxels are smaller than a unit of
+   the world, along each axis; speeds are those of the world. */
+TEST units_are_the_worlds(double along_xy, double along_z)
+{
+    static float in_world[3 * MOST_MOVED], in_voxels[3 * MOST_MOVED];
+    const double spacing[3] = { along_xy, along_xy, along_z };
     float speed[2];
     int count[2], i;
-    uint64_t hash = moved_by_all(1.0, false, NULL, &count[0], &speed[0]);
-    ASSERT(hash != 0);
-    ASSERT_EQ(hash, moved_by_all(1.0, true, NULL, &count[1], &speed[1]));
-    ASSERT_EQ(speed[0], speed[1]);
-    ASSERT(moved_by_all(0.25, false, in_world, &count[0], &speed[0]) != 0);
-    ASSERT(moved_by_all(0.25, true, in_voxels, &count[1], &speed[1]) != 0);
+    ASSERT(moved_by_all(spacing, false, in_world, &count[0], &speed[0]) != 0);
+    ASSERT(moved_by_all(spacing, true, in_voxels, &count[1], &speed[1]) != 0);
     ASSERT_EQ(count[0], count[1]);
-    ASSERT_LT(count[0], MOST);
+    ASSERT_LT(count[0], MOST_MOVED);
     ASSERT_GT(speed[1], 0.1f);
-    ASSERT_IN_RANGE(0.25 * (double)speed[1], speed[0], 1e-5);
+    if (along_xy == along_z) ASSERT_IN_RANGE(along_xy * (double)speed[1], speed[0], 1e-5);
     for (i = 0; i < 3 * count[0]; i++) ASSERT_IN_RANGE(in_voxels[i], in_world[i], 1e-4);
     PASS();
 }
@@ -1030,7 +1064,9 @@ int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
     RUN_SUITE(advect);
-    RUN_TEST(units_are_the_worlds);
+    RUN_TEST(units_of_the_lattice);
+    RUN_TESTp(units_are_the_worlds, 0.25, 0.25);
+    RUN_TESTp(units_are_the_worlds, 0.5, 1.0);
     RUN_TESTp(forces_may_be_of_the_world, 0);
     RUN_TESTp(forces_may_be_of_the_world, 1);
     RUN_TESTp(pressure_may_be_of_the_world, 0);

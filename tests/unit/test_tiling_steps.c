@@ -517,6 +517,97 @@ TEST tension_is_in_world_units(double spacing)
     PASS();
 }
 
+/* What a velocity callback has been asked: between which places. */
+typedef struct push_seen { float velocity[3], lower[3], upper[3]; } push_seen;
+
+static void push_and_see(void *user, const springls_tiling_batch *batch, float *out)
+{
+    push_seen *seen = (push_seen *)user;
+    int i;
+    for (i = 0; i < 3 * batch->batch.count; i++) {
+        const float x = batch->batch.points[i];
+        if (x < seen->lower[i % 3]) seen->lower[i % 3] = x;
+        if (x > seen->upper[i % 3]) seen->upper[i % 3] = x;
+        out[i] = seen->velocity[i % 3];
+    }
+}
+
+static void count_warnings(void *user, int level, const char *message)
+{
+    (void)message;
+    *(int *)user += level == 2;
+}
+
+/* Writes the middle of all vertices of both bodies' surfaces, in the world; returns whether both have some. */
+static bool middle_of_bodies(const springls_tiling *tiling, double middle[3])
+{
+    springls_measures m[2];
+    int i, k;
+    memset(m, 0, sizeof m);
+    for (i = 0; i < 2; i++) {
+        if (springls_measure(springls_tiling_body(tiling, i ? 9 : 4), &m[i]) != SPRINGLS_OK || m[i].volume <= 0.0) return false;
+    }
+    for (k = 0; k < 3; k++)
+        middle[k] = 0.5 * (double)(fminf(m[0].lower[k], m[1].lower[k]) + fmaxf(m[0].upper[k], m[1].upper[k]));
+    return true;
+}
+
+/* Places, velocities and regions are of the world, on a grid that lies elsewhere, with voxels of other sizes; or of the lattice. A region
+   outside the grid moves nothing and is warned of, once a step. */
+TEST flows_are_of_the_world(double along_xy, double along_z, bool voxel_units)
+{
+    const double spacing[3] = { along_xy, along_xy, along_z }, radius = 9.0 * along_xy;
+    const float world_velocity[3] = { 1.0f, 0.5f, -0.25f };
+    springls_desc desc = fixture_desc(32, NULL);
+    springls_tiling *tiling = NULL;
+    springls_tiling_step_desc step = springls_default_tiling_step_desc();
+    part half = part_at(0.0f, 0.0f, 0.0f, (float)radius, 1);
+    push_seen seen;
+    double before[3], after[3];
+    int k, warned = 0;
+    desc.logger.log = count_warnings;
+    desc.logger.user = &warned;
+    for (k = 0; k < 3; k++) {
+        desc.grid.spacing[k] = spacing[k];
+        desc.grid.origin[k] = k == 1 ? -55.0 : 100.0;
+        half.center[k] = (float)(desc.grid.origin[k] + 15.3 * spacing[k]);
+        seen.velocity[k] = world_velocity[k] / (voxel_units ? (float)spacing[k] : 1.0f);
+        seen.lower[k] = 1e9f;
+        seen.upper[k] = -1e9f;
+    }
+    ASSERT_OK(springls_tiling_create(&desc, &tiling));
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 4, part_of_ball, &half));
+    half.side = -1;
+    ASSERT_OK(springls_tiling_add_implicit(tiling, 9, part_of_ball, &half));
+    ASSERT(middle_of_bodies(tiling, before));
+    step.velocity = push_and_see;
+    step.user = &seen;
+    step.dt = 1.0f;
+    step.voxel_units = voxel_units;
+    for (k = 0; k < 3; k++) { /* all of the grid */
+        step.region_lower[k] = voxel_units ? -1.0f : (float)(desc.grid.origin[k] - spacing[k]);
+        step.region_upper[k] = voxel_units ? 32.0f : (float)(desc.grid.origin[k] + 32.0 * spacing[k]);
+    }
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT(middle_of_bodies(tiling, after));
+    for (k = 0; k < 3; k++) {
+        const double unit = voxel_units ? 1.0 : spacing[k];
+        const double middle = voxel_units ? 15.3 : desc.grid.origin[k] + 15.3 * spacing[k], extent = radius / spacing[k] * unit;
+        const double way = (double)seen.velocity[k];
+        ASSERT_IN_RANGE(before[k] + (double)world_velocity[k], after[k], 0.05 * spacing[k]);
+        ASSERT_IN_RANGE(middle - extent + (way < 0.0 ? way : 0.0), seen.lower[k], 1.5 * unit);
+        ASSERT_IN_RANGE(middle + extent + (way > 0.0 ? way : 0.0), seen.upper[k], 1.5 * unit);
+    }
+    ASSERT_EQ(0, warned);
+    for (k = 0; k < 3; k++) step.region_lower[k] = 1e5f, step.region_upper[k] = 2e5f;
+    ASSERT_OK(springls_tiling_step(tiling, &step, NULL));
+    ASSERT_EQ(1, warned);
+    ASSERT(middle_of_bodies(tiling, before));
+    for (k = 0; k < 3; k++) ASSERT_IN_RANGE(after[k], before[k], 0.05 * spacing[k]);
+    springls_tiling_destroy(tiling);
+    PASS();
+}
+
 static void to_the_border(void *user, const springls_tiling_batch *batch, float *out)
 {
     int i;
@@ -1359,6 +1450,10 @@ int main(int argc, char **argv)
     RUN_TESTp(bubbles_keep_their_volumes, 1.4f);
     RUN_TESTp(tension_is_in_world_units, 1.0);
     RUN_TESTp(tension_is_in_world_units, 0.5);
+    RUN_TESTp(flows_are_of_the_world, 0.5, 0.5, false);
+    RUN_TESTp(flows_are_of_the_world, 0.5, 1.0, false);
+    RUN_TESTp(flows_are_of_the_world, 0.5, 0.5, true);
+    RUN_TESTp(flows_are_of_the_world, 0.5, 1.0, true);
     RUN_TEST(neighbors_change);
     RUN_TEST(what_cannot_be_held_is_refused);
     RUN_TEST(targets_are_reached);
