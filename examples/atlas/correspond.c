@@ -42,6 +42,7 @@ static bool create_model(const struct shape_mesh *mesh, int cells, const springl
     springls_desc desc;
     springls_params whole = *params; /* springl i is triangle i */
     whole.split_input = 0;
+    whole.keep_edges = 0; /* sharp edges of surfaces of labels come from their voxels */
     memset(&desc, 0, sizeof desc);
     bounds(mesh, lo, hi);
     const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2])), margin = 0.5 * longest;
