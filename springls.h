@@ -50584,7 +50584,8 @@ SPRINGLS__FN springls_status springls__mark_new_springls(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* In ASLEEP, whose other values are 0 and 1: the springl's brick is awake, but no change reaches it. */
+/* In ASLEEP, whose other values are 0 and 1: the springl's brick is awake, but no change reaches it. Where no brick sleeps, the array is
+   not read, nor set. */
 enum { SPRINGLS__UNREACHED = 2 };
 
 /* Lets the springls sleep that no change reaches. */
@@ -50593,7 +50594,7 @@ SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls
     const springls__springl *s = ctx->model.set.s;
     uint8_t *asleep = ctx->model.cells.asleep;
     int i;
-    for (i = 0; i < ctx->model.cells.asleep_count; i++)
+    for (i = 0; ctx->model.grid.some_asleep && i < ctx->model.cells.asleep_count; i++)
         if (!asleep[i] && !springls__visit_cells(marks, s[i].p, s[i].p, false)) asleep[i] = SPRINGLS__UNREACHED;
 }
 
@@ -50757,7 +50758,7 @@ SPRINGLS__FN springls_status springls__wake_in_bricks(springls_context *ctx)
 {
     uint8_t *asleep = ctx->model.cells.asleep;
     int i;
-    for (i = 0; i < ctx->model.cells.asleep_count; i++)
+    for (i = 0; ctx->model.grid.some_asleep && i < ctx->model.cells.asleep_count; i++)
         if (asleep[i] == SPRINGLS__UNREACHED) asleep[i] = 0;
     return SPRINGLS_OK;
 }
