@@ -408,6 +408,73 @@ TEST mirrored_nodes_are_turned(void)
     PASS();
 }
 
+/* ---- skins ---- */
+
+/* Writes two boxes, each with a skin of its own, of one joint: the lower at the origin, the upper at y = 1, which a clip turns by a
+ * quarter about z. The second box is bound in a space of its own: half of it, moved by (3, 1, 0), is the world. A channel that moves
+ * weights of morph targets is in the clip too. swap: the second box comes first. */
+static const char *write_skins(bool swap)
+{
+    static const double times[2] = {0, 1}, turns[8] = {0, 0, 0, 1, 0, 0, 0.70710678118654752, 0.70710678118654752}, weights[2] = {0, 1};
+    static const double offsets[2][16] = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                                          {0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 3, 0, 0, 1}};
+    double zero[4 * CORNERS] = {0}, share[4 * CORNERS] = {0};
+    struct storage whole = floats;
+    char rest[4096] = "";
+    int position, index;
+    whole.type = UBYTE;
+    for (int i = 0; i < CORNERS; ++i) share[4 * i] = 1.0;
+    begin_file();
+    add_box(&position, &index);
+    const int joint = add_accessor(zero, CORNERS, 4, &whole), weight = add_accessor(share, CORNERS, 4, &floats),
+              low = add_accessor(offsets[0], 1, 16, &floats), high = add_accessor(offsets[1], 1, 16, &floats),
+              time = add_accessor(times, 2, 1, &floats), turn = add_accessor(turns, 2, 4, &floats),
+              morph = add_accessor(weights, 2, 1, &floats);
+    append(rest, sizeof rest,
+           "\"scenes\":[{\"nodes\":[0,2,3]}],\"nodes\":[{\"name\":\"low\",\"children\":[1]},{\"name\":\"high\",\"translation\":[0,1,0]},"
+           "{\"mesh\":0,\"skin\":%d},{\"mesh\":0,\"skin\":%d}],"
+           "\"skins\":[{\"joints\":[0],\"inverseBindMatrices\":%d},{\"joints\":[1],\"inverseBindMatrices\":%d}],",
+           swap, !swap, low, high);
+    append(rest, sizeof rest,
+           "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":%d,\"JOINTS_0\":%d,\"WEIGHTS_0\":%d},\"indices\":%d}]}],"
+           "\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":2,\"path\":\"weights\"}},"
+           "{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"rotation\"}}],"
+           "\"samplers\":[{\"input\":%d,\"output\":%d},{\"input\":%d,\"output\":%d}]}]",
+           position, joint, weight, index, time, morph, time, turn);
+    return write_file("skins.glb", rest);
+}
+
+/* Whatever space a skin is bound in: its joints and its part are where they rest, and turn together. */
+TEST skins_are_bound_in_their_own_spaces(void)
+{
+    for (int swap = 0; swap < 2; ++swap) {
+        struct affine skin[8], places[8];
+        struct character c;
+        static char error[CHARACTER_TEXT];
+        float posed[6 * CORNERS];
+        ASSERTm(error, character_read(write_skins(swap != 0), NULL, &c, error));
+        ASSERT_EQ(2 * CORNERS, c.vertex_count);
+        ASSERT_NEAR(1.0, c.joints[character_joint(&c, "high")].neutral.m[7], 1e-6);
+        ASSERT_NEAR(1.0, c.joints[character_joint(&c, "high")].neutral.m[0], 1e-6);
+        ASSERT_NEAR(0.0, c.joints[character_joint(&c, "low")].neutral.m[7], 1e-6);
+        ASSERT_NEAR(1.0, c.animations[0].duration, 1e-6);
+        character_pose(&c, 0, 0.999999, 1.0, skin, places);
+        character_skin(&c, skin, posed);
+        for (int v = 0; v < CORNERS; ++v) {
+            const double box[3] = {v & 1, v >> 1 & 1, 2.0 * (v >> 2 & 1)};
+            const int low = 3 * (v + swap * CORNERS), high = 3 * (v + !swap * CORNERS);
+            for (int i = 0; i < 3; ++i) {
+                ASSERT_NEAR(box[i], c.positions[low + i], 1e-5);
+                ASSERT_NEAR(0.5 * box[i] + (i == 0 ? 3.0 : i == 1 ? 1.0 : 0.0), c.positions[high + i], 1e-5);
+            }
+            ASSERT_NEAR(-0.5 * box[1], posed[high], 1e-4);
+            ASSERT_NEAR(0.5 * box[0] + 4.0, posed[high + 1], 1e-4);
+        }
+        character_free(&c);
+    }
+    PASS();
+}
+
 /* ---- morph targets ---- */
 
 /* The weights of the node go before those of the mesh; a target of weight 0 adds nothing. */
@@ -745,6 +812,9 @@ TEST what_cannot_be_read_is_named(void)
                ACCESSOR("},{\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
                         "{\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"") "}",
          "skeleton names a node that there is not"},
+        {ASSET ",\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+               "\"targets\":[{\"POSITION\":9}]}]}]," BYTES "," VIEW "," ACCESSOR("") "}",
+         "POSITION names an accessor that there is not"},
         {ASSET "," TRIANGLE "," BYTES ",\"bufferViews\":[{\"buffer\":0,\"byteOffset\":8,\"byteLength\":36}]," ACCESSOR("") "}",
          "buffer view 0: it is not within buffer 0"},
         {ASSET "," TRIANGLE ",\"buffers\":[{\"byteLength\":36}]," VIEW "," ACCESSOR("") "}", "buffer 0: it has no bytes"},
@@ -829,6 +899,7 @@ int main(int argc, char **argv)
     RUN_TEST(every_accessor_is_what_it_stands_for);
     RUN_TEST(strips_and_fans_are_triangles);
     RUN_TEST(mirrored_nodes_are_turned);
+    RUN_TEST(skins_are_bound_in_their_own_spaces);
     RUN_TEST(morph_targets_have_their_default_weights);
     RUN_TEST(steps_hold_and_cubic_splines_bend);
     RUN_TEST(draco_is_decoded);

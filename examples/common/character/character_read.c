@@ -1,7 +1,8 @@
 /* character_read.c - reads a character from a file.
  *
  * Parts may be bound in different spaces (inverse bind matrices of several skins). The first part that uses a joint determines
- * the joint's neutral placement, and all vertices are transformed to that pose. */
+ * the joint's neutral placement, and all vertices are transformed to that pose. A part is moved as a whole to where a joint is that
+ * it shares with parts before, or else to where its first joint rests. */
 #include "character/character.h"
 
 #include "base/vec3.h"
@@ -61,39 +62,52 @@ static bool add_joints(struct reader *r)
     return true;
 }
 
-/* Sets neutral placements: of bones by their parts, of all others along the hierarchy. Rotates and scales everything so that
- * the first bone is where it rests. */
+/* Returns the bone by which a part's space is found: one that is bound already, else the first joint. NULL: it has none; or, with a
+ * line in r->error, one is not usable. */
+static const struct scene_bone *find_anchor(struct reader *r, const struct scene_part *part)
+{
+    const struct scene_bone *anchor = NULL;
+    for (int b = 0; b < part->bone_count; ++b) {
+        const struct scene_bone *bone = &part->bones[b];
+        if (!usable(&bone->offset)) {
+            scene_fail(r->error, r->path, "bone %.60s: its inverse bind matrix is not finite or flattens",
+                       r->character->joints[bone->node].name);
+            return NULL;
+        }
+        const bool bound = r->bound[bone->node], before = anchor && r->bound[anchor->node];
+        if (!anchor || (bound && !before) || (bound == before && bone->node < anchor->node)) { anchor = bone; }
+    }
+    return anchor;
+}
+
+/* Sets the neutral placements of a part's bones that no part before has. Returns false where one is not usable. */
+static bool bind_part(struct reader *r, const struct scene_part *part)
+{
+    struct joint *joints = r->character->joints;
+    const struct scene_bone *anchor = find_anchor(r, part);
+    if (!anchor) { return part->bone_count == 0; }
+    const struct affine *place = r->bound[anchor->node] ? &joints[anchor->node].neutral : &r->rest[anchor->node];
+    const struct affine in_part = affine_inverse(&anchor->offset), back = affine_inverse(&in_part), to_world = affine_after(place, &back);
+    for (int b = 0; b < part->bone_count; ++b) {
+        const int node = part->bones[b].node;
+        if (r->bound[node]) { continue; }
+        const struct affine bound = affine_inverse(&part->bones[b].offset);
+        joints[node].neutral = affine_after(&to_world, &bound);
+        r->bound[node] = true;
+    }
+    return true;
+}
+
+/* Sets neutral placements: of bones by their parts, of all others along the hierarchy. */
 static bool bind_joints(struct reader *r)
 {
     struct character *c = r->character;
-    struct affine to_world = affine_identity();
-    bool found = false;
     for (int p = 0; p < r->scene.part_count; ++p) {
-        for (int b = 0; b < r->scene.parts[p].bone_count; ++b) {
-            const struct scene_bone *bone = &r->scene.parts[p].bones[b];
-            if (!usable(&bone->offset)) {
-                return scene_fail(r->error, r->path, "bone %.60s: its inverse bind matrix is not finite or flattens",
-                                  c->joints[bone->node].name);
-            }
-            if (!r->bound[bone->node]) {
-                r->bound[bone->node] = true;
-                c->joints[bone->node].neutral = affine_inverse(&bone->offset);
-            }
-        }
-    }
-    for (int j = 0; !found && j < c->joint_count; ++j) {
-        if (r->bound[j]) {
-            const struct affine back = affine_inverse(&c->joints[j].neutral);
-            to_world = affine_after(&r->rest[j], &back);
-            found = true;
-        }
+        if (!bind_part(r, &r->scene.parts[p])) { return false; }
     }
     for (int j = 0; j < c->joint_count; ++j) {
         struct joint *joint = &c->joints[j];
-        if (r->bound[j]) {
-            joint->neutral = affine_after(&to_world, &joint->neutral);
-            continue;
-        }
+        if (r->bound[j]) { continue; }
         joint->neutral = r->rest[j];
         for (int up = joint->parent; up >= 0; up = c->joints[up].parent) {
             if (r->bound[up]) { /* below a bone */

@@ -57,7 +57,8 @@ bool gltf_reference(struct gltf_file *file, const cJSON *object, const char *nam
     const double value = gltf_whole(object, name, -2.0);
     *number = value >= 0.0 && value < file->counts[list] ? (int)value : -1;
     return *number >= 0 || value == -2.0
-        || scene_fail(file->error, file->path, "%s names a %s that there is not", name, lists[list].one);
+        || scene_fail(file->error, file->path, "%s names %s %s that there is not", name,
+                      strchr("aeiou", lists[list].one[0]) ? "an" : "a", lists[list].one);
 }
 
 bool gltf_read_numbers(const cJSON *list, double *numbers, int count)

@@ -216,7 +216,11 @@ static bool add_targets(struct gltf_scene *g, const struct primitive *p, const c
     cJSON_ArrayForEach(target, p->targets) {
         const double share = cJSON_IsNumber(weight) && isfinite(weight->valuedouble) ? weight->valuedouble : 0.0;
         struct gltf_values offsets;
+        int accessor;
         weight = weight ? weight->next : NULL;
+        if (!gltf_reference(&g->file, target, name, GLTF_ACCESSORS, &accessor)) {
+            return false;
+        }
         if (share == 0.0) {
             continue;
         }
