@@ -18,9 +18,9 @@
 #define WITHIN 0.5f    /* voxel: limbs are compared in thickness where their middles are so deep: not beyond their tips */
 #define STEP 1.0f      /* voxels along a bone from place to place */
 #define CLEARANCE 0.9f /* voxels: up to where a rod changes the shape around it */
-#define FADE 5.0f      /* rods are thinner from 1 - 1 / FADE of the way to the target on, and gone there */
+#define FADE 5.0f      /* rods at joints are thinner from 1 - 1 / FADE of the way to the target on, and gone there */
 
-enum { CENTERINGS = 6 };
+enum { CENTERINGS = 6, AROUND = 7 * 7 * 7 + 1 }; /* AROUND: more voxels than a cube of twice NEARBY has, one room to try the next */
 
 static bool add_place(struct rods *rods, const struct rod_place *place)
 {
@@ -35,40 +35,50 @@ static bool add_place(struct rods *rods, const struct rod_place *place)
     return true;
 }
 
-/* Finds the voxels within NEARBY of a place along an axis, but for the border of the grid. */
-static void range_around(const int size[3], const float place[3], int lo[3], int hi[3])
+/* A voxel around a place, and phi there. */
+struct voxel_around {
+    float way[3]; /* from the place to it, voxels */
+    float phi;
+};
+
+/* Lists the voxels within NEARBY of a place, but for the border of the grid. Returns how many they are. */
+static int list_around(const int size[3], const float *phi, const float place[3], struct voxel_around list[AROUND])
 {
+    int lo[3], hi[3], count = 0;
     for (int k = 0; k < 3; ++k) {
         lo[k] = (int)fmaxf(1.0f, ceilf(place[k] - NEARBY));
         hi[k] = (int)fminf((float)size[k] - 2.0f, floorf(place[k] + NEARBY));
     }
+    for (int z = lo[2]; z <= hi[2]; ++z) {
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+            for (int x = lo[0]; x <= hi[0]; ++x) {
+                const float p[3] = {(float)x, (float)y, (float)z};
+                struct voxel_around *voxel = &list[count];
+                vec3_sub(p, place, voxel->way);
+                voxel->phi = phi[((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x];
+                count += vec3_dot(voxel->way, voxel->way) <= NEARBY * NEARBY;
+            }
+        }
+    }
+    return count;
 }
 
 /* Moves a place, in voxels, to the mean of what is inside around it; along: not in this direction, NULL: in all. Returns the
  * radius of a rod there: 0 where the body is not near. */
 static float center(const int size[3], const float *phi, const float along[3], float place[3])
 {
+    struct voxel_around around[AROUND];
     for (int round = 0; round < CENTERINGS; ++round) {
-        float sum[3] = {0.0f, 0.0f, 0.0f}, move[3];
-        int lo[3], hi[3], count = 0;
-        range_around(size, place, lo, hi);
-        for (int z = lo[2]; z <= hi[2]; ++z) {
-            for (int y = lo[1]; y <= hi[1]; ++y) {
-                for (int x = lo[0]; x <= hi[0]; ++x) {
-                    const float p[3] = {(float)x, (float)y, (float)z};
-                    float d[3];
-                    vec3_sub(p, place, d);
-                    if (vec3_dot(d, d) > NEARBY * NEARBY
-                        || phi[((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x] >= 0.0f) {
-                        continue;
-                    }
-                    vec3_add_scaled(sum, 1.0f, d, sum);
-                    ++count;
-                }
-            }
+        const int count = list_around(size, phi, place, around);
+        float move[3] = {0.0f, 0.0f, 0.0f};
+        int inside = 0;
+        for (int n = 0; n < count; ++n) {
+            if (around[n].phi >= 0.0f) { continue; }
+            vec3_add_scaled(move, 1.0f, around[n].way, move);
+            ++inside;
         }
-        if (count == 0) { return 0.0f; }
-        for (int k = 0; k < 3; ++k) { move[k] = sum[k] / (float)count; }
+        if (inside == 0) { return 0.0f; }
+        for (int k = 0; k < 3; ++k) { move[k] /= (float)inside; }
         if (along) { vec3_add_scaled(move, -vec3_dot(move, along), along, move); }
         vec3_add_scaled(place, 1.0f, move, place);
     }
@@ -78,20 +88,11 @@ static float center(const int size[3], const float *phi, const float along[3], f
 /* Returns how deep a limb's cross-section is around a place in its middle, and across a direction: the largest depth of its voxels. */
 static float depth_across(const int size[3], const float *phi, const float place[3], const float along[3])
 {
+    struct voxel_around around[AROUND];
+    const int count = list_around(size, phi, place, around);
     float depth = 0.0f;
-    int lo[3], hi[3];
-    range_around(size, place, lo, hi);
-    for (int z = lo[2]; z <= hi[2]; ++z) {
-        for (int y = lo[1]; y <= hi[1]; ++y) {
-            for (int x = lo[0]; x <= hi[0]; ++x) {
-                const float p[3] = {(float)x, (float)y, (float)z};
-                float d[3];
-                vec3_sub(p, place, d);
-                if (vec3_dot(d, d) <= NEARBY * NEARBY && fabsf(vec3_dot(d, along)) <= SECTION) {
-                    depth = fmaxf(depth, -phi[((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x]);
-                }
-            }
-        }
+    for (int n = 0; n < count; ++n) {
+        if (fabsf(vec3_dot(around[n].way, along)) <= SECTION) { depth = fmaxf(depth, -around[n].phi); }
     }
     return depth;
 }
@@ -225,7 +226,7 @@ static float pose_place(const struct morph *morph, const struct rod_place *place
     }
     affine_apply(&morph->skin[place->joint], middle, posed);
     morph_to_voxel(&morph->grid, posed, posed);
-    return fminf(1.0f, FADE * (1.0f - part)) * ((1.0f - share) * place->radius[0] + share * place->radius[1]);
+    return (1.0f - share) * place->radius[0] + share * place->radius[1];
 }
 
 /* Poses the ends of the rod that ends at a place. Returns false where none does, or either end is not in the body. */
@@ -239,12 +240,24 @@ static bool pose_rod(const struct morph *morph, const struct rod_place *to, floa
     return from.radius[0] + from.radius[1] > 0.0f && to->radius[0] + to->radius[1] > 0.0f;
 }
 
+/* Finds whether a rod goes along a limb's bone. At a joint the middle is taken in all directions, and the bones beside it move the
+ * body away from it; a joint that moves nothing is a handle for artists. */
+static bool is_along_bone(const struct morph *morph, const struct rod_place *to)
+{
+    const struct character *target = &morph->target.character;
+    return morph->rods.places[to->before].joint == to->joint && target->joints[to->joint].bone;
+}
+
 void morph_add_rods(const struct morph *morph, float part, float *phi)
 {
     for (int n = 0; n < morph->rods.place_count; ++n) {
         float ends[2][3], radii[2];
-        if (pose_rod(morph, &morph->rods.places[n], part, ends, radii) && radii[0] > 0.0f && radii[1] > 0.0f) {
-            add_rod(morph->grid.size, phi, ends[0], ends[1], radii[0], radii[1]);
+        if (!pose_rod(morph, &morph->rods.places[n], part, ends, radii)) { continue; }
+        const bool along = is_along_bone(morph, &morph->rods.places[n]);
+        for (int k = 0; along && k < 2; ++k) { radii[k] = radii[k] > 0.0f ? fmaxf(radii[k], SECTION) : 0.0f; }
+        const float left = along ? 1.0f : fminf(1.0f, FADE * (1.0f - part));
+        if (left * radii[0] > 0.0f && left * radii[1] > 0.0f) {
+            add_rod(morph->grid.size, phi, ends[0], ends[1], left * radii[0], left * radii[1]);
         }
     }
 }

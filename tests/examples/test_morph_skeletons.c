@@ -274,6 +274,39 @@ TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
     PASS();
 }
 
+/* Moves a joint to a share of the way from the one above it to one below. */
+static void move_joint(struct character *c, int joint, int below, double share)
+{
+    const double *above = c->joints[c->joints[joint].parent].neutral.m, *end = c->joints[below].neutral.m;
+    for (int i = 3; i < 12; i += 4) c->joints[joint].neutral.m[i] = above[i] + share * (end[i] - above[i]);
+}
+
+/* Wherever elbows are, and one higher than the other: a joint of the left arm is paired as that of the right arm is. */
+TEST both_sides_are_paired_alike(void)
+{
+    int elbows = 0;
+    for (int step = 1; step < 20; ++step) {
+        struct character source, target;
+        char error[CHARACTER_TEXT];
+        struct alignment a;
+        ASSERT(character_build(0, &source, error) && character_build(0, &target, error));
+        const int left = character_joint(&source, "forearm.l"), right = character_joint(&source, "forearm.r");
+        const int hands[2] = {character_joint(&source, "hand.l"), character_joint(&source, "hand.r")};
+        move_joint(&source, left, hands[0], 0.05 * step - 0.02);
+        move_joint(&source, right, hands[1], 0.05 * step + 0.02);
+        change_rig(&target, "foot", 0.1, 0.3);
+        ASSERT(skeleton_align(&source, &target, NULL, &a, error));
+        ASSERT_STR_EQ("limbs", a.how);
+        ASSERT_EQ(a.map[left] == left, a.map[right] == right); /* numbered alike in both */
+        elbows += a.map[left] == left;
+        alignment_free(&a);
+        character_free(&source);
+        character_free(&target);
+    }
+    ASSERT(elbows > 0 && elbows < 19);
+    PASS();
+}
+
 /* Computes the direction from one joint to another at a time of a clip. */
 static void limb_direction(const struct character *c, int clip, double time, const char *from, const char *to, float out[3])
 {
@@ -335,6 +368,7 @@ int main(int argc, char **argv)
     RUN_TEST(numbers_are_names_of_the_same_skeleton_only);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
+    RUN_TEST(both_sides_are_paired_alike);
     RUN_TEST(clips_move_the_other_body);
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();

@@ -343,6 +343,15 @@ static void find_directions(const struct search *s, struct skeleton_limbs *l)
     }
 }
 
+/* Gives the joints of two limbs that mirror each other the same shares of the way, the mean: so both are paired alike, where an artist's
+ * two sides differ a little. */
+static void even_sides(struct limb *left, struct limb *right)
+{
+    for (int k = 0; left->count == right->count && k <= left->count; ++k) {
+        left->along[k] = right->along[k] = 0.5f * (left->along[k] + right->along[k]);
+    }
+}
+
 /* Returns the limb that a joint belongs to or hangs on. */
 static int role_of(const struct search *s, const struct skeleton_limbs *l, int joint)
 {
@@ -426,6 +435,8 @@ bool skeleton_limbs_find(const struct character *c, struct skeleton_limbs *l)
         find_tail(&s, &l->limbs[LIMB_TRUNK], pairs[0].limbs[0].count > 0 ? pairs[0].from + (pairs[0].from == 0) : LIMB_JOINTS,
                   &l->limbs[LIMB_TAIL]);
         find_directions(&s, l);
+        even_sides(&l->limbs[LIMB_ARM_LEFT], &l->limbs[LIMB_ARM_RIGHT]);
+        even_sides(&l->limbs[LIMB_LEG_LEFT], &l->limbs[LIMB_LEG_RIGHT]);
         measure_limbs(&s, l);
     }
     free(s.shares);
