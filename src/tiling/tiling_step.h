@@ -5,6 +5,7 @@
 
 #include "../output/restore.h"
 #include "../solver/step.h"
+#include "body_memory.h"
 #include "films.h"
 #include "join.h"
 #include "mirror.h"
@@ -153,7 +154,6 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
-    if (body->backup.bytes > 2 * size) springls__buffer_free(ctx, &body->backup); /* of a first step: initial springls are many */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
     SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
@@ -221,6 +221,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
     SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
     SPRINGLS__TRY(springls__finish_step(body->ctx));
+    springls__release_work(body->ctx);
     return springls__body_to_host(tiling, body, NULL);
 }
 
@@ -476,6 +477,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
         springls__take_joins(tiling, desc);
         springls__note_rest(tiling);
         springls__note_springls(tiling);
+        springls__fit_bodies(tiling);
         return SPRINGLS_OK;
     }
     springls__free_joins(tiling);
@@ -487,6 +489,7 @@ SPRINGLS__FN springls_status springls__whole_step(springls_tiling *tiling, const
     tiling->steps = steps;
     tiling->facing_known = facing_known;
     springls__note_springls(tiling);
+    springls__fit_bodies(tiling);
     return status;
 }
 
