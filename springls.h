@@ -20434,12 +20434,13 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
 SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
                                          const int of_node[3], springls__cell_work *work)
 {
+    const int few = 5; /* corners: the side of a triangle across from a corner that it shares with another is then in a face */
     int cycle, way, k, begin = 0;
     bool plain;
     springls__list_links(contour, brick, of_node, work);
     work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
     springls__find_cycles(contour, contour->first_corner, work);
-    plain = work->cycles == 1;
+    plain = work->cycles == 1 && work->cycle_end[0] <= few;
     for (cycle = 0; cycle < work->cycles; cycle++) {
         springls__fill_cycle(begin, work->cycle_end[cycle], work);
         for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;
@@ -49215,12 +49216,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
     "                                         const int of_node[3], springls__cell_work *work)\n",
     "{\n",
+    "    const int few = 5; /* corners: the side of a triangle across from a corner that it shares with another is then in a face */\n",
     "    int cycle, way, k, begin = 0;\n",
     "    bool plain;\n",
     "    springls__list_links(contour, brick, of_node, work);\n",
     "    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;\n",
     "    springls__find_cycles(contour, contour->first_corner, work);\n",
-    "    plain = work->cycles == 1;\n",
+    "    plain = work->cycles == 1 && work->cycle_end[0] <= few;\n",
     "    for (cycle = 0; cycle < work->cycles; cycle++) {\n",
     "        springls__fill_cycle(begin, work->cycle_end[cycle], work);\n",
     "        for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;\n",

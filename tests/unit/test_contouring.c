@@ -64,6 +64,69 @@ static int split_vertices(const springls_mesh *mesh)
     return split;
 }
 
+/* Returns six times the volume of a tetrahedron, exactly: places are multiples of 2^-16 voxel, and in one cell. */
+static double volume_of_four(const float *a, const float *b, const float *c, const float *d)
+{
+    double u[3], v[3], w[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        u[k] = (double)b[k] - (double)a[k];
+        v[k] = (double)c[k] - (double)a[k];
+        w[k] = (double)d[k] - (double)a[k];
+    }
+    return u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+}
+
+/* Returns whether the segment from p to q passes through the inside of a triangle. */
+static int passes_through(const float *p, const float *q, const float *a, const float *b, const float *c)
+{
+    const double u = volume_of_four(p, q, a, b), v = volume_of_four(p, q, b, c), w = volume_of_four(p, q, c, a);
+    if (!(volume_of_four(a, b, c, p) * volume_of_four(a, b, c, q) < 0.0)) return 0;
+    return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
+}
+
+/* Returns in which cell of a grid of 128 a triangle lies; voxels are 1 wide. */
+static int cell_of_triangle(const springls_mesh *mesh, int t)
+{
+    int k, cell = 0;
+    for (k = 2; k >= 0; k--) {
+        const int *c = mesh->triangles + 3 * t;
+        double sum = 0.0;
+        int i;
+        for (i = 0; i < 3; i++) sum += (double)mesh->positions[3 * c[i] + k];
+        cell = 128 * cell + (int)floor(sum / 3.0) + 2;
+    }
+    return cell;
+}
+
+/* Returns how many triangles have a side that passes through another one of their cell. */
+static int crossing_triangles(const springls_mesh *mesh)
+{
+    enum { CELLS = 128 * 128 * 128 };
+    int *first = (int *)malloc(CELLS * sizeof *first), *next = (int *)malloc(((size_t)mesh->triangle_count + 1) * sizeof *next);
+    int t, other, k, count = 0;
+    for (k = 0; k < CELLS; k++) first[k] = -1;
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int cell = cell_of_triangle(mesh, t);
+        next[t] = first[cell];
+        first[cell] = t;
+    }
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int *c = mesh->triangles + 3 * t;
+        int crosses = 0;
+        for (other = first[cell_of_triangle(mesh, t)]; other >= 0; other = next[other])
+            for (k = 0; k < 3; k++) {
+                const int *d = mesh->triangles + 3 * other;
+                crosses |= passes_through(mesh->positions + 3 * c[k], mesh->positions + 3 * c[(k + 1) % 3], mesh->positions + 3 * d[0],
+                                          mesh->positions + 3 * d[1], mesh->positions + 3 * d[2]);
+            }
+        count += crosses;
+    }
+    free(first);
+    free(next);
+    return count;
+}
+
 typedef struct found { springls_mesh mesh; springls__mesh_report report; springls_measures measures; } found;
 
 /* The components, where they are followed, are those of the mesh: as many as its parts, bodies with its volume and its area. Places inside
@@ -156,6 +219,7 @@ TEST extract(springls_context *ctx, found *f)
     ASSERT_EQ(0, f->report.nonmanifold_edges);
     ASSERT_EQ(0, f->report.misoriented_edges);
     ASSERT_EQ(0, split_vertices(&f->mesh));
+    ASSERT_EQ(0, crossing_triangles(&f->mesh));
     ASSERT_EQ(f->report.euler, f->measures.euler);
     ASSERT_EQ(f->report.components, f->measures.components);
     ASSERT_IN_RANGE(f->report.volume, f->measures.volume, 1e-3 * (1.0 + f->report.volume));
