@@ -92,14 +92,14 @@ FAMILIES = {
                                               "rear_{0}_shin", "rear_{0}_foot"], ("left", "right")),
 }
 
-# file, family, options
+# file, family
 CHARACTERS = [
-    ("Knight.glb", "KayKit", []), ("Mage.glb", "KayKit", []), ("CesiumMan.glb", "Khronos", []), ("RiggedFigure.glb", "Khronos", []),
-    ("robot_expressive.glb", "robot", []), ("BCN_Epileptic.X", "Epileptic", []), ("Fox.glb", "Fox", []), ("fox_0ad.glb", "foxes", []),
-    ("wolf.glb", "canids", []), ("mastiff.glb", "canids", []), ("bear.glb", "bears", []), ("bear_polar.glb", "bears", []),
-    ("camel.glb", "camels", []), ("horse.glb", "horses", []), ("deer_mesh.glb", "deer", []), ("giraffe_adult.glb", "giraffes", []),
-    ("tiger.glb", "cats", []), ("bull_a.glb", "cattle", []), ("wildebeest_adult.glb", "cattle", []), ("rhino.glb", "rhinos", []),
-    ("zebra.glb", "zebras", []),
+    ("Knight.glb", "KayKit"), ("Mage.glb", "KayKit"), ("CesiumMan.glb", "Khronos"), ("RiggedFigure.glb", "Khronos"),
+    ("robot_expressive.glb", "robot"), ("BCN_Epileptic.X", "Epileptic"), ("Fox.glb", "Fox"), ("fox_0ad.glb", "foxes"),
+    ("wolf.glb", "canids"), ("mastiff.glb", "canids"), ("bear.glb", "bears"), ("bear_polar.glb", "bears"),
+    ("camel.glb", "camels"), ("horse.glb", "horses"), ("deer_mesh.glb", "deer"), ("giraffe_adult.glb", "giraffes"),
+    ("tiger.glb", "cats"), ("bull_a.glb", "cattle"), ("wildebeest_adult.glb", "cattle"), ("rhino.glb", "rhinos"),
+    ("zebra.glb", "zebras"),
 ]
 TUNED = {"KayKit", "Khronos", "robot", "Fox"}  # the templates and most constants were chosen on these
 
@@ -210,6 +210,10 @@ def distance(a, b):
     return sum((x - y) ** 2 for x, y in zip(a, b)) ** 0.5
 
 
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
 def other_side(joint):
     return joint[:-1] + ("R" if joint.endswith("L") else "L") if joint[-2:] in (".L", ".R") else None
 
@@ -224,25 +228,59 @@ def limb_of(joint):
     return None
 
 
+def scale_of(report, template):
+    """What errors are in percent of: the body's height, or a quadruped's longest side."""
+    ends = list(report["joints"].values()) + list(report["joints_of_the_file"].values())
+    forward = [dot(report["forward"], p) for p in ends]
+    return report["height"] if template == "biped" else max(report["height"], max(forward) - min(forward))
+
+
 def measure(report, template, pairs):
     """Errors of joints in percent, and how many are nearer to the other side's."""
     own, found = report["joints_of_the_file"], report["joints"]
     missing = [name for name in pairs.values() if name not in own]
     if missing:
         raise SystemExit(f"rigs.py: {report['file']}: no joint {missing[0]}")
-    ends = list(found.values()) + list(own.values())
-    forward = [sum(x * y for x, y in zip(p, report["forward"])) for p in ends]
-    scale = report["height"] if template == "biped" else max(report["height"], max(forward) - min(forward))
+    scale = scale_of(report, template)
     errors = {joint: 100 * distance(found[joint], own[name]) / scale for joint, name in pairs.items() if joint in found}
     swapped = sum(distance(found[other_side(joint)], own[pairs[joint]]) < distance(found[joint], own[pairs[joint]])
                   for joint in errors if other_side(joint))
     return errors, swapped
 
 
-def run(settings, path, template, options, report):
+def offsets(report, template, pairs):
+    """From the joints found to the artist's in percent: upwards, forwards and away from the plane of symmetry."""
+    own, found, scale = report["joints_of_the_file"], report["joints"], scale_of(report, template)
+    up, forward = report["up"], report["forward"]
+    left = [up[i - 2] * forward[i - 1] - up[i - 1] * forward[i - 2] for i in range(3)]
+    ways = {joint: [100 * (b - a) / scale for a, b in zip(found[joint], own[name])] for joint, name in pairs.items() if joint in found}
+    return {joint: (dot(way, up), dot(way, forward), -dot(way, left) if joint.endswith(".R") else dot(way, left))
+            for joint, way in ways.items()}
+
+
+def mean_offset(bodies, joint):
+    """The mean of a joint's offsets, both sides, each family once; none: 0."""
+    families = {}
+    for kind, ways in bodies:
+        families.setdefault(kind, []).extend(way for name, way in ways.items() if name.split(".")[0] == joint.split(".")[0])
+    means = [[sum(way[i] for way in ways) / len(ways) for i in range(3)] for ways in families.values() if ways]
+    return [sum(mean[i] for mean in means) / max(1, len(means)) for i in range(3)]
+
+
+def leave_one_out(bodies):
+    """Mean errors of bodies (family, offsets) as they are, and with each joint moved by its mean offset in the other families."""
+    sums = [0.0, 0.0]
+    for kind, ways in bodies:
+        others = [body for body in bodies if body[0] != kind]
+        moved = {joint: distance(way, mean_offset(others, joint)) for joint, way in ways.items()}
+        sums = [sums[0] + sum(distance(way, (0, 0, 0)) for way in ways.values()) / len(ways), sums[1] + sum(moved.values()) / len(ways)]
+    return [total / len(bodies) for total in sums]
+
+
+def run(settings, path, template, report):
     """Returns why it failed; None: it did not."""
     command = [settings.rig, path, "--template", template, "--json", report.with_suffix(".part"), "--out", report.with_suffix(""),
-               "--quiet", *options]
+               "--quiet"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode == 0:
         report.with_suffix(".part").rename(report)
@@ -306,8 +344,8 @@ def main():
     settings.out.mkdir(parents=True, exist_ok=True)
     print("| character | family | mean | worst | joint | sides swapped | cost | confidence |")
     print("|---|---|---|---|---|---|---|---|")
-    points, means, worsts, swaps, failed = [], {}, [], 0, 0
-    for name, kind, options in CHARACTERS:
+    points, means, worsts, swaps, both, failed, bodies = [], {}, [], 0, 0, 0, {}
+    for name, kind in CHARACTERS:
         path, report = settings.folder / name, settings.out / f"{pathlib.Path(name).stem}.json"
         unwanted = settings.only not in name or not FAMILIES[kind][0].startswith(settings.family)
         if not path.exists() or unwanted:
@@ -315,7 +353,7 @@ def main():
         template, pairs = FAMILIES[kind]
         failure = None
         if not settings.table and not is_fresh(report, settings, path):
-            failure = run(settings, path, template, options, report)
+            failure = run(settings, path, template, report)
         if failure or not report.exists():
             print(f"| {name} | {kind} | - | - | {failure or 'not run'} | - | - | - |")
             failed += 1
@@ -327,6 +365,8 @@ def main():
         means.setdefault(kind in TUNED, []).append(mean)
         worsts.append(errors[worst])
         swaps += swapped
+        both += result["vertices_on_both_sides"]
+        bodies.setdefault(template, []).append((kind, offsets(result, template, pairs)))
         confidence = ", ".join(f"{limb} {value:.2f}" for limb, value in result["confidence"].items())
         print(f"| {name} | {kind}{'' if kind in TUNED else ' *'} | {mean:.1f} | {errors[worst]:.1f} | {worst} | {swapped} "
               f"| {result['role_cost']:.2f} | {confidence} |", flush=True)
@@ -337,7 +377,11 @@ def main():
             points += [(value, max(of_limb), kind in TUNED)] if of_limb else []
     print(f"\n{len(worsts)} characters: mean {mean_of(means, True)} of families on which the templates were chosen, "
           f"{mean_of(means, False)} of others (*);\n"
-          f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped")
+          f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped;\n"
+          f"{both} vertices with more than .2 of weight on both sides away from the plane of symmetry")
+    for template, some in bodies.items():
+        print("each joint moved by its mean error in the other families, %ss: mean %.1f %%, as they are %.1f %%"
+              % (template, *reversed(leave_one_out(some))))
     if settings.plot and points:
         plot(settings.plot, points)
     return 1 if failed else 0
