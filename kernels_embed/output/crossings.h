@@ -68,6 +68,7 @@ typedef struct springls__surface_brick {
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */
     uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
+    uint32_t enters[6], leaves[6];      /* of rows: they have hits that enter the body, that leave it                      */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
 } springls__surface_brick;
@@ -389,17 +390,21 @@ SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
     return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
 }
 
-/* Sorts the hits of each row of brick b. */
+/* Sorts the hits of each row of brick b, and marks the rows that they enter and leave on. */
 SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
 {
-    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
     int row, k;
+    for (k = 0; k < SPRINGLS__TABLE_ROWS / 32; k++) brick->enters[k] = brick->leaves[k] = 0u;
     for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
-        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
+        for (k = begin[row]; k < begin[row + 1]; k++) {
             const springls__hit hit = contour->hit[k];
             int at = k;
             for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
             contour->hit[at] = hit;
+            if (hit.springl < 0) brick->enters[row >> 5] |= 1u << (row & 31);
+            else brick->leaves[row >> 5] |= 1u << (row & 31);
         }
 }
 
@@ -781,6 +786,15 @@ SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const 
     }
 }
 
+/* Returns whether some node of a brick's line is beside hits: the line votes for no others. */
+SPRINGLS__INNER bool springls__has_node_beside_hits(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line)
+{
+    int x;
+    for (x = 0; x < 8; x++)
+        if (springls__bit_of(brick->beside_hits, springls__line_node(line >> 6, x, line & 63))) return true;
+    return false;
+}
+
 /* Finds the sides of the nodes of brick b. */
 SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
                                           springls__line_work *work)
@@ -798,7 +812,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
         if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__vote_on_line(model, contour, brick, line, work);
+                if (springls__has_node_beside_hits(brick, line)) springls__vote_on_line(model, contour, brick, line, work);
                 break;
             }
     }
@@ -1056,6 +1070,21 @@ SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour
     return own ^ after;
 }
 
+/* Returns whether hits of a line in a brick, or in the ones before and behind it, enter as well as leave. */
+SPRINGLS__MATHS bool springls__has_both_sides(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int line)
+{
+    uint32_t enters = 0u, leaves = 0u;
+    int k;
+    for (k = -1; k < 2; k++) {
+        const int b = springls__brick_beside(brick, line >> 6, k);
+        if (b < 0) continue;
+        enters |= contour->brick[b].enters[line >> 5];
+        leaves |= contour->brick[b].leaves[line >> 5];
+    }
+    return (enters & leaves) >> (line & 31) & 1u;
+}
+
 /* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
 SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
                                               int leaving[8])
@@ -1110,11 +1139,8 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             line += 63;
             continue;
         }
-        for (k = -1; k < 2 && springls__is_shared_row(brick, line); k++)
-            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__count_pairs(contour, brick, line);
-                break;
-            }
+        if (springls__is_shared_row(brick, line) && springls__has_both_sides(contour, brick, line))
+            springls__count_pairs(contour, brick, line);
     }
 }
 

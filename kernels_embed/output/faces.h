@@ -56,7 +56,6 @@ SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *
 
 /* Working memory of one brick. */
 typedef struct springls__face_work {
-    uint8_t ends[1536]; /* of arcs on a brick's faces */
     float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
@@ -501,7 +500,7 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 /* ---- the kernels ---- */
 
 /* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
-SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
+SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, SPRINGLS__GLOBAL uint8_t *ends)
 {
     int k, before;
     for (k = 0; k < 2; k++) {
@@ -512,7 +511,7 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
             node[across] = at[across];
             node[beside] = at[beside] - before;
             if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
-                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
+                ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
         }
     }
 }
@@ -541,13 +540,13 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 }
 
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
-SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
-    for (k = 0; k < 1536; k++) work->ends[k] = 0;
-    for (axis = 0; axis < 3 && some; axis++)
+    for (k = 0; k < 1536; k++) brick->arcs[k] = 0;
+    if (!springls__has_shared_nodes(brick) || !springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS)) return;
+    for (axis = 0; axis < 3; axis++)
         for (v = 0; v < 9; v++)
             for (u = 0; u < 9; u++) {
                 const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
@@ -561,10 +560,10 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                     == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
                 for (; at[axis] < 8; at[axis]++) {
                     const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
-                    if (crossings) springls__add_ends(at, axis, crossings, work);
+                    if (crossings) springls__add_ends(at, axis, crossings, brick->arcs);
                 }
             }
-    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
+    for (k = 0; k < 1536; k++) brick->arcs[k] /= 2;
     if (brick->margin) springls__keep_shared_faces(brick);
 }
 

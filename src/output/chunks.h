@@ -18,7 +18,7 @@
 #include "../solver/step.h"
 #include "../stages/window.h"
 #include "../stages/surface_parts.h"
-#include "chunk_material.h"
+#include "vertex_material.h"
 #include "chunk_signature.h"
 #include "contour_chunks.h"
 #include "contour_region.h"
@@ -771,10 +771,10 @@ SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int en
 {
     const springls_context *ctx = (const springls_context *)arg;
     springls_chunks *c = ctx->step.chunks;
-    (void)memory;
     for (; begin < end; begin++)
         if (c->chunk[begin].triangle_count > 0)
-            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
+            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin],
+                                         (springls__candidates *)(void *)memory);
 }
 
 /* Fails if a chunk has more vertices than 16 bits can number. */
@@ -921,9 +921,11 @@ SPRINGLS__FN springls_status springls__number_contour_chunks(springls_context *c
 SPRINGLS__FN springls_status springls__fill_contour_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
+    const size_t floats = c->desc.correspondences ? sizeof(springls__candidates) / sizeof(float) : 0;
     SPRINGLS__TRY(springls__numbers_fit(ctx, c));
     SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-    springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+    if (floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count, 1));
+    springls__loop_over(ctx, c->count, 1, floats, springls__fill_contour_chunk_work, ctx);
     return SPRINGLS_OK;
 }
 

@@ -15,8 +15,8 @@
 #include "../runtime/resumable.h"
 #include "../model/transform.h"
 #include "../stages/surface_table.h"
-#include "chunk_material.h"
 #include "chunk_signature.h"
+#include "vertex_material.h"
 
 /* A vertex of a published contour, voxels. key: springls__contour_key; springl: of the model when it was made; id: the springl's, for a
    consumer with correspondences, else 0; changed: 1 where x, n or id is not as published before. */
@@ -29,11 +29,11 @@ typedef struct springls__contour_vertex {
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
    vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
-   (springls__evidence_of). */
+   (springls__evidence_of); constant: the slot of the grid that has it for all of them, or -1. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
-    int first_vertex, vertices, first_triangle, triangles, table;
+    int first_vertex, vertices, first_triangle, triangles, table, constant;
     int8_t evidence[SPRINGLS__BRICK_VOXELS];
     bool dirty, changed, beside_changed;
 } springls__contour_brick;
@@ -779,20 +779,28 @@ SPRINGLS__FN int springls__springl_of_vertex(const springls__model *model, const
     return i;
 }
 
-/* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
-SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
-                                                   int vertex)
+/* Writes the correspondences and the ids of a chunk's vertices, as springls__contour_material_work finds them. */
+SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *vertex, const int *used,
+                                                   springls_chunk *chunk, springls__candidates *candidates)
 {
-    int springl = springls__springl_of_vertex(&ctx->model, v);
-    springls__v3 a = v->x;
-    if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
-    if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
-    springls__write_chunk_material(ctx, chunk, vertex, v->x, springl, a);
+    springls__v3 x[SPRINGLS__CLOSE_VERTICES], a[SPRINGLS__CLOSE_VERTICES];
+    int springl[SPRINGLS__CLOSE_VERTICES], first, count, i;
+    for (first = 0; first < chunk->vertex_count; first += count) {
+        count = springls__imin(chunk->vertex_count - first, SPRINGLS__CLOSE_VERTICES);
+        for (i = 0; i < count; i++) {
+            const springls__contour_vertex *v = vertex + used[first + i];
+            x[i] = v->x;
+            springl[i] = springls__springl_of_vertex(&ctx->model, v);
+            if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+        }
+        springls__correspond(&ctx->model, candidates, x, springl, count, a);
+        for (i = 0; i < count; i++) springls__write_chunk_material(ctx, chunk, first + i, x[i], springl[i], a[i]);
+    }
 }
 
-/* Fills the arrays of a chunk that springls__number_chunk has counted. */
+/* Fills the arrays of a chunk that springls__number_chunk has counted. candidates: only with correspondences. */
 SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, const springls__contour_chunks *c, int first,
-                                               springls_chunk *chunk)
+                                               springls_chunk *chunk, springls__candidates *candidates)
 {
     const springls__contour_store *store = &c->store[1 - c->now];
     const size_t begin = 3 * (size_t)store->brick[first].first_triangle;
@@ -803,8 +811,8 @@ SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, cons
         const springls__v3 n = springls__normal_to_world(ctx, v->n);
         springls__voxel_to_world(ctx, v->x, chunk->positions + 3 * i);
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
-        if (chunk->correspondences) springls__write_contour_material(ctx, v, chunk, i);
     }
+    if (chunk->correspondences) springls__write_contour_material(ctx, store->vertex, c->used + begin, chunk, candidates);
     for (i = 0; i < chunk->triangle_count; i++)
         for (k = 0; k < 3; k++) /* counter-clockwise seen from outside */
             chunk->triangles[3 * i + (mirrored && k ? 3 - k : k)] = (uint16_t)c->number[begin + (size_t)(3 * i + k)];

@@ -30,9 +30,10 @@ SPRINGLS__FN size_t springls__seen_slot(const springls__contour_store *store, ui
     return slot;
 }
 
-/* Returns the number of a published springl by its id; -1: there is none. */
-SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id)
+/* Returns the number of a published springl by its id, which most often is `likely`; -1: there is none. */
+SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id, int likely)
 {
+    if (likely < store->springls && store->seen[likely].id == id) return likely;
     return store->springls == 0 ? -1 : store->seen_table[springls__seen_slot(store, id)];
 }
 
@@ -77,7 +78,7 @@ SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float
     (void)memory;
     for (; begin < end; begin++) {
         const springls__seen_springl now = springls__see_springl(model, begin);
-        const int seen = springls__find_seen(before, now.id);
+        const int seen = springls__find_seen(before, now.id, begin);
         bool creased;
         c->reach[begin] = 0.0f;
         c->seen_as[begin] = seen;
@@ -116,34 +117,44 @@ SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, 
     for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - ctx->window.offset[axis] / SPRINGLS__BRICK;
 }
 
-/* Returns phi of the voxels of a brick of a contour; beyond the domain it is outside. */
-SPRINGLS__FN const float *springls__phi_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
+/* Returns the slot of the grid's brick of a contour's: SPRINGLS__OUTSIDE beyond the domain. */
+SPRINGLS__FN int springls__slot_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
 {
     int place[3];
     springls__place_of_contour_brick(ctx, brick, place);
-    return ctx->model.grid.phi + (size_t)springls__slot_of_brick_place(&ctx->model.grid, place) * SPRINGLS__BRICK_VOXELS;
+    return springls__slot_of_brick_place(&ctx->model.grid, place);
 }
 
-/* Finds, as bits, in which eighths of published bricks phi is not as published. */
+SPRINGLS__FN const float *springls__phi_of_slot(const springls_context *ctx, int slot)
+{
+    return ctx->model.grid.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Finds, as bits, in which eighths of a brick phi is further than `most` from the evidence that is published. */
+SPRINGLS__FN uint32_t springls__moved_eighths(const int8_t evidence[SPRINGLS__BRICK_VOXELS], const float *phi, int most)
+{
+    uint32_t moved = 0;
+    int row, k;
+    for (row = 0; row < 64; row++) {
+        uint32_t half[2] = { 0u, 0u };
+        for (k = 0; k < 8; k++)
+            half[k >> 2] |= (uint32_t)(springls__evidence_of(phi[8 * row + k]) - evidence[8 * row + k] + most) > 2u * (uint32_t)most;
+        moved |= (half[0] | half[1] << 1) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
+    }
+    return moved;
+}
+
+/* Finds in which eighths of published bricks phi is not as published. */
 SPRINGLS__FN void springls__find_moved_phi_work(void *arg, int begin, int end, float *memory)
 {
     const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
     const int most = springls__imax((int)(0.5f * c->tolerance * 127.0f), 1);
-    int row, k;
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = &c->store[c->now].brick[begin];
-        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
-        uint32_t moved = 0;
-        for (row = 0; row < 64; row++) {
-            uint32_t in_row = 0; /* a bit for each voxel along x */
-            for (k = 0; k < 8; k++) {
-                const int change = springls__evidence_of(phi[8 * row + k]) - brick->evidence[8 * row + k];
-                in_row |= (change > most || change < -most ? 1u : 0u) << k;
-            }
-            if (in_row) moved |= ((in_row & 15u ? 1u : 0u) | (in_row & 240u ? 2u : 0u)) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
-        }
-        c->moved_phi[begin] = (uint8_t)moved;
+        const int slot = springls__slot_of_contour_brick(c->ctx, brick);
+        const bool same = slot < SPRINGLS__FIRST_SLOT && slot == brick->constant;
+        c->moved_phi[begin] = (uint8_t)(same ? 0u : springls__moved_eighths(brick->evidence, springls__phi_of_slot(c->ctx, slot), most));
     }
 }
 
@@ -332,8 +343,11 @@ SPRINGLS__FN void springls__see_phi_work(void *arg, int begin, int end, float *m
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
-        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS && brick->table >= 0; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
+        const int slot = springls__slot_of_contour_brick(c->ctx, brick);
+        const float *phi = springls__phi_of_slot(c->ctx, slot);
+        if (brick->table < 0) continue;
+        brick->constant = slot < SPRINGLS__FIRST_SLOT ? slot : -1;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
     }
 }
 

@@ -14,6 +14,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 #include "../stages/surface_table.h"
+#include "vertex_material.h"
 
 /* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
@@ -106,6 +107,29 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     }
 }
 
+/* Finds the correspondences of vertices of what springls hold, and the springls of those that have none: the nearest ones that face the
+   same way. memory: springls__candidates. */
+SPRINGLS__FN void springls__contour_material_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__model *model = (const springls__model *)arg;
+    const springls__v3 *x = springls__surface_positions(model), *n = springls__vertex_gradient(model);
+    int *springl = springls__vertex_springl(model), i;
+    for (i = begin; i < end; i++)
+        if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(model, x[i], n[i], SPRINGLS__MATERIAL_RADIUS);
+    springls__correspond(model, (springls__candidates *)(void *)memory, x + begin, springl + begin, end - begin,
+                         springls__vertex_correspondence(model) + begin);
+}
+
+/* Finds the material of all vertices of what springls hold: springls__contour_material_work. */
+SPRINGLS__FN springls_status springls__contour_material(springls_context *ctx, int vertices)
+{
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
+    const int grain = 4 * SPRINGLS__CLOSE_VERTICES;
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, vertices, grain));
+    springls__do_work(ctx, springls__contour_material_work, &ctx->model, floats, 0, vertices, grain);
+    return SPRINGLS_OK;
+}
+
 /* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
@@ -115,18 +139,18 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     SPRINGLS__TRY(springls__read_cell_list(ctx));
     SPRINGLS__TRY(springls__watertight_mesh(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
+    if (raw.vertex_count == 0) return SPRINGLS_OK;
+    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles); /* before lanes use their memory */
+    springls__keep_orientation(ctx, out);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    if (raw.normals) springls__parallel(ctx, raw.vertex_count, 256, springls__surface_material_task, &ctx->model);
+    if (raw.normals) SPRINGLS__TRY(springls__contour_material(ctx, raw.vertex_count));
     else springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
-    if (raw.vertex_count == 0) return SPRINGLS_OK;
-    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
-    springls__keep_orientation(ctx, out);
     job.ctx = ctx;
     job.mesh = out;
     springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);

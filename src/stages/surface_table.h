@@ -76,7 +76,7 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
         case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
         case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin); break;
         case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
         case SPRINGLS__SURFACE_FIND_PATCHES: springls__find_patches(contour, begin, &work->cell); break;
@@ -580,18 +580,21 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
 SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
     const springls__surface_job *job = springls__surface_job_of(ctx);
-    int b, node, d;
+    int b, w, d;
     ctx->work.found = 0;
     for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
-        for (node = 0; node < 512; node++) {
-            if (!springls__bit_of(brick->conflict, node)) continue;
-            if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
-            brick->plain[node] = 1;
-            ctx->work.found++;
-            for (d = 0; d < 27; d++)
-                if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+        for (w = 0; w < 16; w++) {
+            uint32_t conflicts = brick->conflict[w];
+            for (; conflicts; conflicts &= conflicts - 1u) {
+                const int node = 32 * w + springls__lowest_bit(conflicts);
+                if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
+                brick->plain[node] = 1;
+                ctx->work.found++;
+                for (d = 0; d < 27; d++)
+                    if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+            }
         }
     }
     return SPRINGLS_OK;
@@ -883,18 +886,6 @@ SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, s
     memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
     memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
     return SPRINGLS_OK;
-}
-
-/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
-SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
-{
-    const springls__model *model = (const springls__model *)arg;
-    for (; begin < end; begin++) {
-        const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
-        int *springl = springls__vertex_springl(model) + begin;
-        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
-        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
-    }
 }
 
 #endif

@@ -1,24 +1,26 @@
-/* chunk_material.h - finds the nearest springl and the correspondence of all vertices of a chunk, with the bits of
+/* vertex_material.h - finds the springls and the correspondences of vertices that lie close to each other, with the bits of
    springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
-#ifndef SPRINGLS__OUTPUT_CHUNK_MATERIAL_H
-#define SPRINGLS__OUTPUT_CHUNK_MATERIAL_H
+#ifndef SPRINGLS__OUTPUT_VERTEX_MATERIAL_H
+#define SPRINGLS__OUTPUT_VERTEX_MATERIAL_H
 
 #include "../../kernels_embed/output/isosurface.h"
 #include "../runtime/context.h"
 #include "../model/transform.h"
 
-enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
+enum { SPRINGLS__VERTEX_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* The springls that may count for some vertex of a chunk, in the order of the cells, and in `list` the numbers of those that may
+#define SPRINGLS__CLOSE 11.0f /* voxels: how far vertices that share a list may lie from each other along an axis */
+
+/* The springls that may count for some of the vertices, in the order of the cells, and in `list` the numbers of those that may
    count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
 typedef struct springls__candidates {
-    float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
-    float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
-    float height[SPRINGLS__CHUNK_CANDIDATES]; /* of the triangle's plane above the particle */
-    springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
-    int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
+    float x[SPRINGLS__VERTEX_CANDIDATES], y[SPRINGLS__VERTEX_CANDIDATES], z[SPRINGLS__VERTEX_CANDIDATES]; /* particles */
+    float reach[SPRINGLS__VERTEX_CANDIDATES], bounding_radius[SPRINGLS__VERTEX_CANDIDATES];
+    float height[SPRINGLS__VERTEX_CANDIDATES]; /* of the triangle's plane above the particle */
+    springls__v3 n[SPRINGLS__VERTEX_CANDIDATES], a[SPRINGLS__VERTEX_CANDIDATES];
+    int springl[SPRINGLS__VERTEX_CANDIDATES], list[SPRINGLS__VERTEX_CANDIDATES];
     int count, listed;
-    float sample[3 * SPRINGLS__LANES * SPRINGLS__CHUNK_CANDIDATES]; /* of those that are listed, as the fits take them */
+    float sample[3 * SPRINGLS__LANES * SPRINGLS__VERTEX_CANDIDATES]; /* of those that are listed, as the fits take them */
     uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
@@ -47,7 +49,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
         if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
-        if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
+        if (c->count == SPRINGLS__VERTEX_CANDIDATES || springls__at_edge(model, i)) return false;
         c->x[c->count] = s->p.x;
         c->y[c->count] = s->p.y;
         c->z[c->count] = s->p.z;
@@ -93,7 +95,7 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
 /* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* a chunk's vertices lie within 11 voxels */
+    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* SPRINGLS__CLOSE, and one more */
     int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
     for (pass = 0; pass < 2; pass++) {
@@ -275,23 +277,110 @@ SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates
     return springls__vec_add(a, sum);
 }
 
-/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
-SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
-                                           const uint16_t *number, int count, int *springl, springls__v3 *a)
+/* Finds the correspondences of the vertices of a group that have a springl. */
+SPRINGLS__FN void springls__write_group(springls__candidates *c, const springls__vertex_group *group, springls__v3 a[SPRINGLS__LANES])
 {
-    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
+    const springls__vec3 found = springls__group_correspondences(c, group);
     float x[3][SPRINGLS__LANES];
-    springls__vec3 found;
     int lane;
-    springls__list_candidates(&group, c);
-    springls__find_nearest(model, c, &group);
-    found = springls__group_correspondences(c, &group);
     springls__vec_store(x[0], found.x);
     springls__vec_store(x[1], found.y);
     springls__vec_store(x[2], found.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+}
+
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
+SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
+                                           const uint16_t *number, int count, int *springl, springls__v3 a[SPRINGLS__LANES])
+{
+    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
+    int lane;
+    springls__list_candidates(&group, c);
+    springls__find_nearest(model, c, &group);
+    springls__write_group(c, &group, a);
+    for (lane = 0; lane < count; lane++) springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
+}
+
+/* ---- vertices whose springls are known ---- */
+
+/* Gives up to LANES vertices the candidates that are their springls; -1: none. Returns whether all are listed. */
+SPRINGLS__FN bool springls__match_springls(const springls__candidates *c, const int *springl, const uint16_t *number, int count,
+                                          springls__vertex_group *group)
+{
+    int lane, i;
     for (lane = 0; lane < count; lane++) {
-        springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
-        a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+        const int wanted = springl[number[lane]];
+        if (wanted < 0) continue;
+        for (i = 0; i < c->listed && c->springl[c->list[i]] != wanted; i++) continue;
+        if (i == c->listed) return false;
+        group->nearest[lane] = c->list[i];
+    }
+    return true;
+}
+
+/* Returns the correspondence of a vertex; springl -1: it has none, and is its own correspondence. */
+SPRINGLS__FN springls__v3 springls__vertex_correspondence_at(const springls__model *model, springls__v3 x, int springl)
+{
+    return springl < 0 ? x : springls__correspondence_at(model, springl, x);
+}
+
+/* Finds the correspondences of up to LANES vertices of the given numbers. */
+SPRINGLS__FN void springls__group_correspond(const springls__model *model, springls__candidates *c, const springls__v3 *x,
+                                             const int *springl, const uint16_t *number, int count, springls__v3 *a)
+{
+    springls__vertex_group group = springls__vertex_group_of(x, number, count);
+    springls__v3 found[SPRINGLS__LANES];
+    bool known;
+    int k;
+    springls__list_candidates(&group, c);
+    known = springls__match_springls(c, springl, number, count, &group);
+    if (known) springls__write_group(c, &group, found);
+    for (k = 0; k < count; k++) {
+        const int i = number[k];
+        a[i] = known && springl[i] >= 0 ? found[k] : springls__vertex_correspondence_at(model, x[i], springl[i]);
+    }
+}
+
+/* Finds the correspondences of vertices, which lie close to each other, given their springls; -1: none. */
+SPRINGLS__FN void springls__correspond_close(const springls__model *model, springls__candidates *c, const springls__v3 *x,
+                                             const int *springl, int count, springls__v3 *a)
+{
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < count; i++) box = springls__box_add(box, x[i]);
+    if (!springls__find_candidates(model, box, c)) {
+        for (i = 0; i < count; i++) a[i] = springls__vertex_correspondence_at(model, x[i], springl[i]);
+        return;
+    }
+    springls__order_vertices(x, count, box.lower, c->order);
+    for (i = 0; i < count; i += SPRINGLS__LANES)
+        springls__group_correspond(model, c, x, springl, c->order + i, springls__imin(SPRINGLS__LANES, count - i), a);
+}
+
+enum { SPRINGLS__CLOSE_VERTICES = 256 };
+
+/* Returns how many of the first `count` vertices share a list. */
+SPRINGLS__FN int springls__count_close(const springls__v3 *x, int count)
+{
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < count && i < SPRINGLS__CLOSE_VERTICES; i++) {
+        springls__v3 size;
+        box = springls__box_add(box, x[i]);
+        size = springls__sub(box.upper, box.lower);
+        if (springls__max(springls__max(size.x, size.y), size.z) > SPRINGLS__CLOSE) break;
+    }
+    return i;
+}
+
+/* Finds the correspondences of vertices, of which those that follow each other often lie close, given their springls; -1: none. */
+SPRINGLS__FN void springls__correspond(const springls__model *model, springls__candidates *c, const springls__v3 *x, const int *springl,
+                                       int count, springls__v3 *a)
+{
+    int i, close;
+    for (i = 0; i < count; i += close) {
+        close = springls__count_close(x + i, count - i);
+        springls__correspond_close(model, c, x + i, springl + i, close, a + i);
     }
 }
 
