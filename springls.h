@@ -55,6 +55,20 @@
         springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
+   CORE
+
+   Twenty functions, of which most programs are made; examples/recipes/core.c calls each, and docs/recipes.md shows it. All else follows
+   in the interface by topic.
+
+     a model       springls_default_desc, springls_create, springls_destroy; springls_last_error: why a call has failed
+     parameters    springls_get_params, springls_set_params
+     input         springls_set_mesh, springls_set_level_set, springls_set_implicit
+     motion        springls_default_forces, springls_default_step_desc, springls_step
+     sculpting     springls_combine_implicit: union, intersection, difference with a shape
+     output        springls_extract_mesh, springls_mesh_free
+     questions     springls_measure, springls_sample_distance, springls_raycast
+     keeping       springls_snapshot, springls_restore
+
    MACROS, defined before the include
 
      SPRINGLS_IMPLEMENTATION  adds the function bodies; in one file of the program
@@ -884,7 +898,7 @@
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
-     >>chunk_material       src/output/chunk_material.h
+     >>vertex_material      src/output/vertex_material.h
      >>chunk_signature      src/output/chunk_signature.h
      >>contour_chunks       src/output/contour_chunks.h
      >>contour_region       src/output/contour_region.h
@@ -1154,7 +1168,9 @@
 extern "C" {
 #endif
 
-/* These rules hold for every declaration below; the comments name only what differs.
+/* The functions follow by topic; the manual's chapter CORE has the twenty to begin with.
+
+   These rules hold for every declaration below; the comments name only what differs.
 
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
@@ -18207,6 +18223,7 @@ typedef struct springls__surface_brick {
     int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */
     uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */
     uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */
+    uint32_t enters[6], leaves[6];      /* of rows: they have hits that enter the body, that leave it                      */
     uint8_t crossings[1536], arcs[1536]; /* of edges and faces */
     uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */
 } springls__surface_brick;
@@ -18528,17 +18545,21 @@ SPRINGLS__INNER bool springls__is_behind(springls__hit one, springls__hit other)
     return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));
 }
 
-/* Sorts the hits of each row of brick b. */
+/* Sorts the hits of each row of brick b, and marks the rows that they enter and leave on. */
 SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)
 {
-    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];
     int row, k;
+    for (k = 0; k < SPRINGLS__TABLE_ROWS / 32; k++) brick->enters[k] = brick->leaves[k] = 0u;
     for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)
-        for (k = begin[row] + 1; k < begin[row + 1]; k++) {
+        for (k = begin[row]; k < begin[row + 1]; k++) {
             const springls__hit hit = contour->hit[k];
             int at = k;
             for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];
             contour->hit[at] = hit;
+            if (hit.springl < 0) brick->enters[row >> 5] |= 1u << (row & 31);
+            else brick->leaves[row >> 5] |= 1u << (row & 31);
         }
 }
 
@@ -18920,6 +18941,15 @@ SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const 
     }
 }
 
+/* Returns whether some node of a brick's line is beside hits: the line votes for no others. */
+SPRINGLS__INNER bool springls__has_node_beside_hits(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line)
+{
+    int x;
+    for (x = 0; x < 8; x++)
+        if (springls__bit_of(brick->beside_hits, springls__line_node(line >> 6, x, line & 63))) return true;
+    return false;
+}
+
 /* Finds the sides of the nodes of brick b. */
 SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
                                           springls__line_work *work)
@@ -18937,7 +18967,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
         if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;
         for (k = -1; k < 2; k++)
             if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__vote_on_line(model, contour, brick, line, work);
+                if (springls__has_node_beside_hits(brick, line)) springls__vote_on_line(model, contour, brick, line, work);
                 break;
             }
     }
@@ -19195,6 +19225,21 @@ SPRINGLS__MATHS uint32_t springls__side_changes(const springls__contour *contour
     return own ^ after;
 }
 
+/* Returns whether hits of a line in a brick, or in the ones before and behind it, enter as well as leave. */
+SPRINGLS__MATHS bool springls__has_both_sides(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                              int line)
+{
+    uint32_t enters = 0u, leaves = 0u;
+    int k;
+    for (k = -1; k < 2; k++) {
+        const int b = springls__brick_beside(brick, line >> 6, k);
+        if (b < 0) continue;
+        enters |= contour->brick[b].enters[line >> 5];
+        leaves |= contour->brick[b].leaves[line >> 5];
+    }
+    return (enters & leaves) >> (line & 31) & 1u;
+}
+
 /* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */
 SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],
                                               int leaving[8])
@@ -19249,11 +19294,8 @@ SPRINGLS__MATHS void springls__count_crossings(const springls__contour *contour,
             line += 63;
             continue;
         }
-        for (k = -1; k < 2 && springls__is_shared_row(brick, line); k++)
-            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {
-                springls__count_pairs(contour, brick, line);
-                break;
-            }
+        if (springls__is_shared_row(brick, line) && springls__has_both_sides(contour, brick, line))
+            springls__count_pairs(contour, brick, line);
     }
 }
 
@@ -19336,7 +19378,6 @@ SPRINGLS__MATHS springls__owned springls__arcs_of_face(const springls__contour *
 
 /* Working memory of one brick. */
 typedef struct springls__face_work {
-    uint8_t ends[1536]; /* of arcs on a brick's faces */
     float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
     int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
@@ -19781,7 +19822,7 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 /* ---- the kernels ---- */
 
 /* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */
-SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)
+SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, SPRINGLS__GLOBAL uint8_t *ends)
 {
     int k, before;
     for (k = 0; k < 2; k++) {
@@ -19792,7 +19833,7 @@ SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings
             node[across] = at[across];
             node[beside] = at[beside] - before;
             if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)
-                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
+                ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;
         }
     }
 }
@@ -19821,13 +19862,13 @@ SPRINGLS__MATHS void springls__keep_shared_faces(SPRINGLS__GLOBAL springls__surf
 }
 
 /* Counts the arcs of the faces of brick b. Each joins two crossings. */
-SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
-    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);
     int axis, u, v, k, at[3];
-    for (k = 0; k < 1536; k++) work->ends[k] = 0;
-    for (axis = 0; axis < 3 && some; axis++)
+    for (k = 0; k < 1536; k++) brick->arcs[k] = 0;
+    if (!springls__has_shared_nodes(brick) || !springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS)) return;
+    for (axis = 0; axis < 3; axis++)
         for (v = 0; v < 9; v++)
             for (u = 0; u < 9; u++) {
                 const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);
@@ -19841,10 +19882,10 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
                     == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;
                 for (; at[axis] < 8; at[axis]++) {
                     const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];
-                    if (crossings) springls__add_ends(at, axis, crossings, work);
+                    if (crossings) springls__add_ends(at, axis, crossings, brick->arcs);
                 }
             }
-    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;
+    for (k = 0; k < 1536; k++) brick->arcs[k] /= 2;
     if (brick->margin) springls__keep_shared_faces(brick);
 }
 
@@ -20575,7 +20616,7 @@ SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, fl
         case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
         case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__count_crossings(contour, begin); break;
         case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, &work->line); break;
-        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin); break;
         case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
         case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
         case SPRINGLS__SURFACE_FIND_PATCHES: springls__find_patches(contour, begin, &work->cell); break;
@@ -21079,18 +21120,21 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
 SPRINGLS__FN springls_status springls__simplify_cells(springls_context *ctx)
 {
     const springls__surface_job *job = springls__surface_job_of(ctx);
-    int b, node, d;
+    int b, w, d;
     ctx->work.found = 0;
     for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
-        for (node = 0; node < 512; node++) {
-            if (!springls__bit_of(brick->conflict, node)) continue;
-            if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
-            brick->plain[node] = 1;
-            ctx->work.found++;
-            for (d = 0; d < 27; d++)
-                if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+        for (w = 0; w < 16; w++) {
+            uint32_t conflicts = brick->conflict[w];
+            for (; conflicts; conflicts &= conflicts - 1u) {
+                const int node = 32 * w + springls__lowest_bit(conflicts);
+                if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
+                brick->plain[node] = 1;
+                ctx->work.found++;
+                for (d = 0; d < 27; d++)
+                    if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+            }
         }
     }
     return SPRINGLS_OK;
@@ -21382,18 +21426,6 @@ SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, s
     memcpy(mesh->springls, kept.springls, vertices * sizeof *mesh->springls);
     memcpy(mesh->triangles, kept.triangles, corners * sizeof *mesh->triangles);
     return SPRINGLS_OK;
-}
-
-/* Finds the correspondences of the mesh's vertices, and the springls of those that have none: the nearest ones that face the same way. */
-SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
-{
-    const springls__model *model = (const springls__model *)arg;
-    for (; begin < end; begin++) {
-        const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
-        int *springl = springls__vertex_springl(model) + begin;
-        if (*springl < 0) *springl = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
-        springls__vertex_correspondence(model)[begin] = *springl < 0 ? x : springls__correspondence_at(model, *springl, x);
-    }
 }
 
 /* ======== >>surface_parts  (src/stages/surface_parts.h) ======================================================== */
@@ -28826,22 +28858,24 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
-/* ======== >>chunk_material  (src/output/chunk_material.h) ====================================================== */
-/* chunk_material.h - finds the nearest springl and the correspondence of all vertices of a chunk, with the bits of
+/* ======== >>vertex_material  (src/output/vertex_material.h) ==================================================== */
+/* vertex_material.h - finds the springls and the correspondences of vertices that lie close to each other, with the bits of
    springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
 
-enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
+enum { SPRINGLS__VERTEX_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* The springls that may count for some vertex of a chunk, in the order of the cells, and in `list` the numbers of those that may
+#define SPRINGLS__CLOSE 11.0f /* voxels: how far vertices that share a list may lie from each other along an axis */
+
+/* The springls that may count for some of the vertices, in the order of the cells, and in `list` the numbers of those that may
    count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
 typedef struct springls__candidates {
-    float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
-    float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
-    float height[SPRINGLS__CHUNK_CANDIDATES]; /* of the triangle's plane above the particle */
-    springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
-    int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
+    float x[SPRINGLS__VERTEX_CANDIDATES], y[SPRINGLS__VERTEX_CANDIDATES], z[SPRINGLS__VERTEX_CANDIDATES]; /* particles */
+    float reach[SPRINGLS__VERTEX_CANDIDATES], bounding_radius[SPRINGLS__VERTEX_CANDIDATES];
+    float height[SPRINGLS__VERTEX_CANDIDATES]; /* of the triangle's plane above the particle */
+    springls__v3 n[SPRINGLS__VERTEX_CANDIDATES], a[SPRINGLS__VERTEX_CANDIDATES];
+    int springl[SPRINGLS__VERTEX_CANDIDATES], list[SPRINGLS__VERTEX_CANDIDATES];
     int count, listed;
-    float sample[3 * SPRINGLS__LANES * SPRINGLS__CHUNK_CANDIDATES]; /* of those that are listed, as the fits take them */
+    float sample[3 * SPRINGLS__LANES * SPRINGLS__VERTEX_CANDIDATES]; /* of those that are listed, as the fits take them */
     uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
@@ -28870,7 +28904,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
         if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
-        if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
+        if (c->count == SPRINGLS__VERTEX_CANDIDATES || springls__at_edge(model, i)) return false;
         c->x[c->count] = s->p.x;
         c->y[c->count] = s->p.y;
         c->z[c->count] = s->p.z;
@@ -28916,7 +28950,7 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
 /* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* a chunk's vertices lie within 11 voxels */
+    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* SPRINGLS__CLOSE, and one more */
     int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
     for (pass = 0; pass < 2; pass++) {
@@ -29098,23 +29132,110 @@ SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates
     return springls__vec_add(a, sum);
 }
 
-/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
-SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
-                                           const uint16_t *number, int count, int *springl, springls__v3 *a)
+/* Finds the correspondences of the vertices of a group that have a springl. */
+SPRINGLS__FN void springls__write_group(springls__candidates *c, const springls__vertex_group *group, springls__v3 a[SPRINGLS__LANES])
 {
-    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
+    const springls__vec3 found = springls__group_correspondences(c, group);
     float x[3][SPRINGLS__LANES];
-    springls__vec3 found;
     int lane;
-    springls__list_candidates(&group, c);
-    springls__find_nearest(model, c, &group);
-    found = springls__group_correspondences(c, &group);
     springls__vec_store(x[0], found.x);
     springls__vec_store(x[1], found.y);
     springls__vec_store(x[2], found.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+}
+
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
+SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
+                                           const uint16_t *number, int count, int *springl, springls__v3 a[SPRINGLS__LANES])
+{
+    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
+    int lane;
+    springls__list_candidates(&group, c);
+    springls__find_nearest(model, c, &group);
+    springls__write_group(c, &group, a);
+    for (lane = 0; lane < count; lane++) springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
+}
+
+/* ---- vertices whose springls are known ---- */
+
+/* Gives up to LANES vertices the candidates that are their springls; -1: none. Returns whether all are listed. */
+SPRINGLS__FN bool springls__match_springls(const springls__candidates *c, const int *springl, const uint16_t *number, int count,
+                                          springls__vertex_group *group)
+{
+    int lane, i;
     for (lane = 0; lane < count; lane++) {
-        springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
-        a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+        const int wanted = springl[number[lane]];
+        if (wanted < 0) continue;
+        for (i = 0; i < c->listed && c->springl[c->list[i]] != wanted; i++) continue;
+        if (i == c->listed) return false;
+        group->nearest[lane] = c->list[i];
+    }
+    return true;
+}
+
+/* Returns the correspondence of a vertex; springl -1: it has none, and is its own correspondence. */
+SPRINGLS__FN springls__v3 springls__vertex_correspondence_at(const springls__model *model, springls__v3 x, int springl)
+{
+    return springl < 0 ? x : springls__correspondence_at(model, springl, x);
+}
+
+/* Finds the correspondences of up to LANES vertices of the given numbers. */
+SPRINGLS__FN void springls__group_correspond(const springls__model *model, springls__candidates *c, const springls__v3 *x,
+                                             const int *springl, const uint16_t *number, int count, springls__v3 *a)
+{
+    springls__vertex_group group = springls__vertex_group_of(x, number, count);
+    springls__v3 found[SPRINGLS__LANES];
+    bool known;
+    int k;
+    springls__list_candidates(&group, c);
+    known = springls__match_springls(c, springl, number, count, &group);
+    if (known) springls__write_group(c, &group, found);
+    for (k = 0; k < count; k++) {
+        const int i = number[k];
+        a[i] = known && springl[i] >= 0 ? found[k] : springls__vertex_correspondence_at(model, x[i], springl[i]);
+    }
+}
+
+/* Finds the correspondences of vertices, which lie close to each other, given their springls; -1: none. */
+SPRINGLS__FN void springls__correspond_close(const springls__model *model, springls__candidates *c, const springls__v3 *x,
+                                             const int *springl, int count, springls__v3 *a)
+{
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < count; i++) box = springls__box_add(box, x[i]);
+    if (!springls__find_candidates(model, box, c)) {
+        for (i = 0; i < count; i++) a[i] = springls__vertex_correspondence_at(model, x[i], springl[i]);
+        return;
+    }
+    springls__order_vertices(x, count, box.lower, c->order);
+    for (i = 0; i < count; i += SPRINGLS__LANES)
+        springls__group_correspond(model, c, x, springl, c->order + i, springls__imin(SPRINGLS__LANES, count - i), a);
+}
+
+enum { SPRINGLS__CLOSE_VERTICES = 256 };
+
+/* Returns how many of the first `count` vertices share a list. */
+SPRINGLS__FN int springls__count_close(const springls__v3 *x, int count)
+{
+    springls__box box = springls__box_empty();
+    int i;
+    for (i = 0; i < count && i < SPRINGLS__CLOSE_VERTICES; i++) {
+        springls__v3 size;
+        box = springls__box_add(box, x[i]);
+        size = springls__sub(box.upper, box.lower);
+        if (springls__max(springls__max(size.x, size.y), size.z) > SPRINGLS__CLOSE) break;
+    }
+    return i;
+}
+
+/* Finds the correspondences of vertices, of which those that follow each other often lie close, given their springls; -1: none. */
+SPRINGLS__FN void springls__correspond(const springls__model *model, springls__candidates *c, const springls__v3 *x, const int *springl,
+                                       int count, springls__v3 *a)
+{
+    int i, close;
+    for (i = 0; i < count; i += close) {
+        close = springls__count_close(x + i, count - i);
+        springls__correspond_close(model, c, x + i, springl + i, close, a + i);
     }
 }
 
@@ -29229,11 +29350,11 @@ typedef struct springls__contour_vertex {
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
    vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
-   (springls__evidence_of). */
+   (springls__evidence_of); constant: the slot of the grid that has it for all of them, or -1. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
-    int first_vertex, vertices, first_triangle, triangles, table;
+    int first_vertex, vertices, first_triangle, triangles, table, constant;
     int8_t evidence[SPRINGLS__BRICK_VOXELS];
     bool dirty, changed, beside_changed;
 } springls__contour_brick;
@@ -29979,20 +30100,28 @@ SPRINGLS__FN int springls__springl_of_vertex(const springls__model *model, const
     return i;
 }
 
-/* Writes the correspondence and the id of a vertex of what springls hold, as springls__surface_material_task finds them. */
-SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *v, springls_chunk *chunk,
-                                                   int vertex)
+/* Writes the correspondences and the ids of a chunk's vertices, as springls__contour_material_work finds them. */
+SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, const springls__contour_vertex *vertex, const int *used,
+                                                   springls_chunk *chunk, springls__candidates *candidates)
 {
-    int springl = springls__springl_of_vertex(&ctx->model, v);
-    springls__v3 a = v->x;
-    if (springl < 0) springl = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
-    if (springl >= 0) a = springls__correspondence_at(&ctx->model, springl, v->x);
-    springls__write_chunk_material(ctx, chunk, vertex, v->x, springl, a);
+    springls__v3 x[SPRINGLS__CLOSE_VERTICES], a[SPRINGLS__CLOSE_VERTICES];
+    int springl[SPRINGLS__CLOSE_VERTICES], first, count, i;
+    for (first = 0; first < chunk->vertex_count; first += count) {
+        count = springls__imin(chunk->vertex_count - first, SPRINGLS__CLOSE_VERTICES);
+        for (i = 0; i < count; i++) {
+            const springls__contour_vertex *v = vertex + used[first + i];
+            x[i] = v->x;
+            springl[i] = springls__springl_of_vertex(&ctx->model, v);
+            if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+        }
+        springls__correspond(&ctx->model, candidates, x, springl, count, a);
+        for (i = 0; i < count; i++) springls__write_chunk_material(ctx, chunk, first + i, x[i], springl[i], a[i]);
+    }
 }
 
-/* Fills the arrays of a chunk that springls__number_chunk has counted. */
+/* Fills the arrays of a chunk that springls__number_chunk has counted. candidates: only with correspondences. */
 SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, const springls__contour_chunks *c, int first,
-                                               springls_chunk *chunk)
+                                               springls_chunk *chunk, springls__candidates *candidates)
 {
     const springls__contour_store *store = &c->store[1 - c->now];
     const size_t begin = 3 * (size_t)store->brick[first].first_triangle;
@@ -30003,8 +30132,8 @@ SPRINGLS__FN void springls__fill_contour_chunk(const springls_context *ctx, cons
         const springls__v3 n = springls__normal_to_world(ctx, v->n);
         springls__voxel_to_world(ctx, v->x, chunk->positions + 3 * i);
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
-        if (chunk->correspondences) springls__write_contour_material(ctx, v, chunk, i);
     }
+    if (chunk->correspondences) springls__write_contour_material(ctx, store->vertex, c->used + begin, chunk, candidates);
     for (i = 0; i < chunk->triangle_count; i++)
         for (k = 0; k < 3; k++) /* counter-clockwise seen from outside */
             chunk->triangles[3 * i + (mirrored && k ? 3 - k : k)] = (uint16_t)c->number[begin + (size_t)(3 * i + k)];
@@ -30039,9 +30168,10 @@ SPRINGLS__FN size_t springls__seen_slot(const springls__contour_store *store, ui
     return slot;
 }
 
-/* Returns the number of a published springl by its id; -1: there is none. */
-SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id)
+/* Returns the number of a published springl by its id, which most often is `likely`; -1: there is none. */
+SPRINGLS__FN int springls__find_seen(const springls__contour_store *store, uint32_t id, int likely)
 {
+    if (likely < store->springls && store->seen[likely].id == id) return likely;
     return store->springls == 0 ? -1 : store->seen_table[springls__seen_slot(store, id)];
 }
 
@@ -30086,7 +30216,7 @@ SPRINGLS__FN void springls__find_moved_work(void *arg, int begin, int end, float
     (void)memory;
     for (; begin < end; begin++) {
         const springls__seen_springl now = springls__see_springl(model, begin);
-        const int seen = springls__find_seen(before, now.id);
+        const int seen = springls__find_seen(before, now.id, begin);
         bool creased;
         c->reach[begin] = 0.0f;
         c->seen_as[begin] = seen;
@@ -30125,34 +30255,44 @@ SPRINGLS__FN void springls__place_of_contour_brick(const springls_context *ctx, 
     for (axis = 0; axis < 3; axis++) place[axis] = brick->at.at[axis] - ctx->window.offset[axis] / SPRINGLS__BRICK;
 }
 
-/* Returns phi of the voxels of a brick of a contour; beyond the domain it is outside. */
-SPRINGLS__FN const float *springls__phi_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
+/* Returns the slot of the grid's brick of a contour's: SPRINGLS__OUTSIDE beyond the domain. */
+SPRINGLS__FN int springls__slot_of_contour_brick(const springls_context *ctx, const springls__contour_brick *brick)
 {
     int place[3];
     springls__place_of_contour_brick(ctx, brick, place);
-    return ctx->model.grid.phi + (size_t)springls__slot_of_brick_place(&ctx->model.grid, place) * SPRINGLS__BRICK_VOXELS;
+    return springls__slot_of_brick_place(&ctx->model.grid, place);
 }
 
-/* Finds, as bits, in which eighths of published bricks phi is not as published. */
+SPRINGLS__FN const float *springls__phi_of_slot(const springls_context *ctx, int slot)
+{
+    return ctx->model.grid.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Finds, as bits, in which eighths of a brick phi is further than `most` from the evidence that is published. */
+SPRINGLS__FN uint32_t springls__moved_eighths(const int8_t evidence[SPRINGLS__BRICK_VOXELS], const float *phi, int most)
+{
+    uint32_t moved = 0;
+    int row, k;
+    for (row = 0; row < 64; row++) {
+        uint32_t half[2] = { 0u, 0u };
+        for (k = 0; k < 8; k++)
+            half[k >> 2] |= (uint32_t)(springls__evidence_of(phi[8 * row + k]) - evidence[8 * row + k] + most) > 2u * (uint32_t)most;
+        moved |= (half[0] | half[1] << 1) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
+    }
+    return moved;
+}
+
+/* Finds in which eighths of published bricks phi is not as published. */
 SPRINGLS__FN void springls__find_moved_phi_work(void *arg, int begin, int end, float *memory)
 {
     const springls__contour_chunks *c = (const springls__contour_chunks *)arg;
     const int most = springls__imax((int)(0.5f * c->tolerance * 127.0f), 1);
-    int row, k;
     (void)memory;
     for (; begin < end; begin++) {
         const springls__contour_brick *brick = &c->store[c->now].brick[begin];
-        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
-        uint32_t moved = 0;
-        for (row = 0; row < 64; row++) {
-            uint32_t in_row = 0; /* a bit for each voxel along x */
-            for (k = 0; k < 8; k++) {
-                const int change = springls__evidence_of(phi[8 * row + k]) - brick->evidence[8 * row + k];
-                in_row |= (change > most || change < -most ? 1u : 0u) << k;
-            }
-            if (in_row) moved |= ((in_row & 15u ? 1u : 0u) | (in_row & 240u ? 2u : 0u)) << (2 * (row >> 2 & 1) + 4 * (row >> 5));
-        }
-        c->moved_phi[begin] = (uint8_t)moved;
+        const int slot = springls__slot_of_contour_brick(c->ctx, brick);
+        const bool same = slot < SPRINGLS__FIRST_SLOT && slot == brick->constant;
+        c->moved_phi[begin] = (uint8_t)(same ? 0u : springls__moved_eighths(brick->evidence, springls__phi_of_slot(c->ctx, slot), most));
     }
 }
 
@@ -30341,8 +30481,11 @@ SPRINGLS__FN void springls__see_phi_work(void *arg, int begin, int end, float *m
     (void)memory;
     for (; begin < end; begin++) {
         springls__contour_brick *brick = &c->store[1 - c->now].brick[begin];
-        const float *phi = springls__phi_of_contour_brick(c->ctx, brick);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS && brick->table >= 0; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
+        const int slot = springls__slot_of_contour_brick(c->ctx, brick);
+        const float *phi = springls__phi_of_slot(c->ctx, slot);
+        if (brick->table < 0) continue;
+        brick->constant = slot < SPRINGLS__FIRST_SLOT ? slot : -1;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) brick->evidence[v] = (int8_t)springls__evidence_of(phi[v]);
     }
 }
 
@@ -31125,10 +31268,10 @@ SPRINGLS__FN void springls__fill_contour_chunk_work(void *arg, int begin, int en
 {
     const springls_context *ctx = (const springls_context *)arg;
     springls_chunks *c = ctx->step.chunks;
-    (void)memory;
     for (; begin < end; begin++)
         if (c->chunk[begin].triangle_count > 0)
-            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin]);
+            springls__fill_contour_chunk(ctx, &c->contours, c->contours.first_brick[begin], &c->chunk[begin],
+                                         (springls__candidates *)(void *)memory);
 }
 
 /* Fails if a chunk has more vertices than 16 bits can number. */
@@ -31275,9 +31418,11 @@ SPRINGLS__FN springls_status springls__number_contour_chunks(springls_context *c
 SPRINGLS__FN springls_status springls__fill_contour_chunks(springls_context *ctx)
 {
     springls_chunks *c = ctx->step.chunks;
+    const size_t floats = c->desc.correspondences ? sizeof(springls__candidates) / sizeof(float) : 0;
     SPRINGLS__TRY(springls__numbers_fit(ctx, c));
     SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-    springls__loop_over(ctx, c->count, 1, 0, springls__fill_contour_chunk_work, ctx);
+    if (floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count, 1));
+    springls__loop_over(ctx, c->count, 1, floats, springls__fill_contour_chunk_work, ctx);
     return SPRINGLS_OK;
 }
 
@@ -34078,6 +34223,29 @@ SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int en
     }
 }
 
+/* Finds the correspondences of vertices of what springls hold, and the springls of those that have none: the nearest ones that face the
+   same way. memory: springls__candidates. */
+SPRINGLS__FN void springls__contour_material_work(void *arg, int begin, int end, float *memory)
+{
+    const springls__model *model = (const springls__model *)arg;
+    const springls__v3 *x = springls__surface_positions(model), *n = springls__vertex_gradient(model);
+    int *springl = springls__vertex_springl(model), i;
+    for (i = begin; i < end; i++)
+        if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(model, x[i], n[i], SPRINGLS__MATERIAL_RADIUS);
+    springls__correspond(model, (springls__candidates *)(void *)memory, x + begin, springl + begin, end - begin,
+                         springls__vertex_correspondence(model) + begin);
+}
+
+/* Finds the material of all vertices of what springls hold: springls__contour_material_work. */
+SPRINGLS__FN springls_status springls__contour_material(springls_context *ctx, int vertices)
+{
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
+    const int grain = 4 * SPRINGLS__CLOSE_VERTICES;
+    SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, vertices, grain));
+    springls__do_work(ctx, springls__contour_material_work, &ctx->model, floats, 0, vertices, grain);
+    return SPRINGLS_OK;
+}
+
 /* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
 SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
@@ -34087,18 +34255,18 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     SPRINGLS__TRY(springls__read_cell_list(ctx));
     SPRINGLS__TRY(springls__watertight_mesh(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
+    if (raw.vertex_count == 0) return SPRINGLS_OK;
+    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles); /* before lanes use their memory */
+    springls__keep_orientation(ctx, out);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    if (raw.normals) springls__parallel(ctx, raw.vertex_count, 256, springls__surface_material_task, &ctx->model);
+    if (raw.normals) SPRINGLS__TRY(springls__contour_material(ctx, raw.vertex_count));
     else springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
-    if (raw.vertex_count == 0) return SPRINGLS_OK;
-    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
-    springls__keep_orientation(ctx, out);
     job.ctx = ctx;
     job.mesh = out;
     springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);
@@ -36750,7 +36918,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1269 \"springls.h\"\n",
+    "#line 1285 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -36864,7 +37032,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2762 \"springls.h\"\n",
+    "#line 2778 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -36980,7 +37148,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2879 \"springls.h\"\n",
+    "#line 2895 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -37002,7 +37170,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37017,7 +37185,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2918 \"springls.h\"\n",
+    "#line 2934 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37141,7 +37309,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3042 \"springls.h\"\n",
+    "#line 3058 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -37211,7 +37379,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3113 \"springls.h\"\n",
+    "#line 3129 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37431,7 +37599,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3334 \"springls.h\"\n",
+    "#line 3350 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37446,7 +37614,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3349 \"springls.h\"\n",
+    "#line 3365 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37570,14 +37738,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3473 \"springls.h\"\n",
+    "#line 3489 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3481 \"springls.h\"\n",
+    "#line 3497 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37703,7 +37871,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3608 \"springls.h\"\n",
+    "#line 3624 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37758,7 +37926,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3664 \"springls.h\"\n",
+    "#line 3680 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -37847,7 +38015,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3754 \"springls.h\"\n",
+    "#line 3770 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -37859,7 +38027,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3766 \"springls.h\"\n",
+    "#line 3782 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37874,7 +38042,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3782 \"springls.h\"\n",
+    "#line 3798 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -37950,7 +38118,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3858 \"springls.h\"\n",
+    "#line 3874 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37965,7 +38133,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3873 \"springls.h\"\n",
+    "#line 3889 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38041,7 +38209,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3949 \"springls.h\"\n",
+    "#line 3965 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -38120,7 +38288,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4028 \"springls.h\"\n",
+    "#line 4044 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38135,7 +38303,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4044 \"springls.h\"\n",
+    "#line 4060 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38202,7 +38370,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4111 \"springls.h\"\n",
+    "#line 4127 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38217,7 +38385,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4126 \"springls.h\"\n",
+    "#line 4142 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38284,7 +38452,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4194 \"springls.h\"\n",
+    "#line 4210 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38670,7 +38838,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4581 \"springls.h\"\n",
+    "#line 4597 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39379,7 +39547,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5291 \"springls.h\"\n",
+    "#line 5307 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39639,7 +39807,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5552 \"springls.h\"\n",
+    "#line 5568 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -39841,7 +40009,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5755 \"springls.h\"\n",
+    "#line 5771 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -39958,7 +40126,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5873 \"springls.h\"\n",
+    "#line 5889 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -40156,7 +40324,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6071 \"springls.h\"\n",
+    "#line 6087 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40171,7 +40339,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6087 \"springls.h\"\n",
+    "#line 6103 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40372,7 +40540,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6288 \"springls.h\"\n",
+    "#line 6304 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40387,7 +40555,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6303 \"springls.h\"\n",
+    "#line 6319 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40588,7 +40756,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7135 \"springls.h\"\n",
+    "#line 7151 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -40988,7 +41156,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7535 \"springls.h\"\n",
+    "#line 7551 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41003,7 +41171,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7551 \"springls.h\"\n",
+    "#line 7567 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41032,7 +41200,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7580 \"springls.h\"\n",
+    "#line 7596 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41047,7 +41215,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7595 \"springls.h\"\n",
+    "#line 7611 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41076,10 +41244,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7625 \"springls.h\"\n",
+    "#line 7641 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7629 \"springls.h\"\n",
+    "#line 7645 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -41167,7 +41335,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7718 \"springls.h\"\n",
+    "#line 7734 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41307,7 +41475,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7859 \"springls.h\"\n",
+    "#line 7875 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41412,7 +41580,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7965 \"springls.h\"\n",
+    "#line 7981 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41741,7 +41909,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8295 \"springls.h\"\n",
+    "#line 8311 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -41771,7 +41939,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8325 \"springls.h\"\n",
+    "#line 8341 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41786,7 +41954,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8341 \"springls.h\"\n",
+    "#line 8357 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -41955,7 +42123,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8510 \"springls.h\"\n",
+    "#line 8526 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41970,7 +42138,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8525 \"springls.h\"\n",
+    "#line 8541 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42139,7 +42307,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8694 \"springls.h\"\n",
+    "#line 8710 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -42193,7 +42361,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8749 \"springls.h\"\n",
+    "#line 8765 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42219,7 +42387,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8775 \"springls.h\"\n",
+    "#line 8791 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42234,7 +42402,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8791 \"springls.h\"\n",
+    "#line 8807 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42317,7 +42485,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8874 \"springls.h\"\n",
+    "#line 8890 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42332,7 +42500,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8889 \"springls.h\"\n",
+    "#line 8905 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42415,7 +42583,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8972 \"springls.h\"\n",
+    "#line 8988 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42489,7 +42657,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9047 \"springls.h\"\n",
+    "#line 9063 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -43082,7 +43250,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9641 \"springls.h\"\n",
+    "#line 9657 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43178,7 +43346,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9738 \"springls.h\"\n",
+    "#line 9754 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43299,7 +43467,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9860 \"springls.h\"\n",
+    "#line 9876 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43580,7 +43748,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10142 \"springls.h\"\n",
+    "#line 10158 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43666,7 +43834,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10229 \"springls.h\"\n",
+    "#line 10245 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43809,7 +43977,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10373 \"springls.h\"\n",
+    "#line 10389 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -43998,7 +44166,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10563 \"springls.h\"\n",
+    "#line 10579 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44123,7 +44291,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10689 \"springls.h\"\n",
+    "#line 10705 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44157,7 +44325,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10724 \"springls.h\"\n",
+    "#line 10740 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44695,7 +44863,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11263 \"springls.h\"\n",
+    "#line 11279 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -44845,7 +45013,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11414 \"springls.h\"\n",
+    "#line 11430 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -44923,7 +45091,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11493 \"springls.h\"\n",
+    "#line 11509 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45172,7 +45340,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11743 \"springls.h\"\n",
+    "#line 11759 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45397,7 +45565,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11969 \"springls.h\"\n",
+    "#line 11985 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45516,7 +45684,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12089 \"springls.h\"\n",
+    "#line 12105 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45613,7 +45781,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12187 \"springls.h\"\n",
+    "#line 12203 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46151,7 +46319,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12726 \"springls.h\"\n",
+    "#line 12742 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46184,7 +46352,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12760 \"springls.h\"\n",
+    "#line 12776 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46209,14 +46377,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12786 \"springls.h\"\n",
+    "#line 12802 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12793 \"springls.h\"\n",
+    "#line 12809 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46231,7 +46399,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12809 \"springls.h\"\n",
+    "#line 12825 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46357,7 +46525,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12935 \"springls.h\"\n",
+    "#line 12951 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46372,7 +46540,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12950 \"springls.h\"\n",
+    "#line 12966 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46498,7 +46666,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13077 \"springls.h\"\n",
+    "#line 13093 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46790,7 +46958,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13370 \"springls.h\"\n",
+    "#line 13386 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -46926,7 +47094,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18146 \"springls.h\"\n",
+    "#line 18162 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -46991,6 +47159,7 @@ static const char *const springls__kernel_lines[] = {
     "    int ready, quiet;                   /* ready: 1 where kernels have nothing to do any more; quiet: 1 if there are no hits around */\n",
     "    uint32_t margin;                    /* beside a region, without cells: which of the bricks around are of that; else 0 */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16]; /* of nodes; of cells: triangles cross                    */\n",
+    "    uint32_t enters[6], leaves[6];      /* of rows: they have hits that enter the body, that leave it                      */\n",
     "    uint8_t crossings[1536], arcs[1536]; /* of edges and faces */\n",
     "    uint8_t plain[512];                 /* 1: the arcs of the cell's faces have no more corners than they need      */\n",
     "} springls__surface_brick;\n",
@@ -47312,17 +47481,21 @@ static const char *const springls__kernel_lines[] = {
     "    return one.t > other.t || (one.t == other.t && springls__hit_springl(one) > springls__hit_springl(other));\n",
     "}\n",
     "\n",
-    "/* Sorts the hits of each row of brick b. */\n",
+    "/* Sorts the hits of each row of brick b, and marks the rows that they enter and leave on. */\n",
     "SPRINGLS__MATHS void springls__sort_hits(const springls__contour *contour, int b)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const int *begin = contour->brick[b].begin[SPRINGLS__OF_HITS];\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    SPRINGLS__GLOBAL const int *begin = brick->begin[SPRINGLS__OF_HITS];\n",
     "    int row, k;\n",
+    "    for (k = 0; k < SPRINGLS__TABLE_ROWS / 32; k++) brick->enters[k] = brick->leaves[k] = 0u;\n",
     "    for (row = 0; row < SPRINGLS__TABLE_ROWS; row++)\n",
-    "        for (k = begin[row] + 1; k < begin[row + 1]; k++) {\n",
+    "        for (k = begin[row]; k < begin[row + 1]; k++) {\n",
     "            const springls__hit hit = contour->hit[k];\n",
     "            int at = k;\n",
     "            for (; at > begin[row] && springls__is_behind(contour->hit[at - 1], hit); at--) contour->hit[at] = contour->hit[at - 1];\n",
     "            contour->hit[at] = hit;\n",
+    "            if (hit.springl < 0) brick->enters[row >> 5] |= 1u << (row & 31);\n",
+    "            else brick->leaves[row >> 5] |= 1u << (row & 31);\n",
     "        }\n",
     "}\n",
     "\n",
@@ -47704,6 +47877,15 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns whether some node of a brick's line is beside hits: the line votes for no others. */\n",
+    "SPRINGLS__INNER bool springls__has_node_beside_hits(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line)\n",
+    "{\n",
+    "    int x;\n",
+    "    for (x = 0; x < 8; x++)\n",
+    "        if (springls__bit_of(brick->beside_hits, springls__line_node(line >> 6, x, line & 63))) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Finds the sides of the nodes of brick b. */\n",
     "SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,\n",
     "                                          springls__line_work *work)\n",
@@ -47721,7 +47903,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (!springls__is_shared_row(brick, line) && !springls__is_beside_region(brick, line >> 6, -1)) continue;\n",
     "        for (k = -1; k < 2; k++)\n",
     "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
-    "                springls__vote_on_line(model, contour, brick, line, work);\n",
+    "                if (springls__has_node_beside_hits(brick, line)) springls__vote_on_line(model, contour, brick, line, work);\n",
     "                break;\n",
     "            }\n",
     "    }\n",
@@ -47979,6 +48161,21 @@ static const char *const springls__kernel_lines[] = {
     "    return own ^ after;\n",
     "}\n",
     "\n",
+    "/* Returns whether hits of a line in a brick, or in the ones before and behind it, enter as well as leave. */\n",
+    "SPRINGLS__MATHS bool springls__has_both_sides(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                              int line)\n",
+    "{\n",
+    "    uint32_t enters = 0u, leaves = 0u;\n",
+    "    int k;\n",
+    "    for (k = -1; k < 2; k++) {\n",
+    "        const int b = springls__brick_beside(brick, line >> 6, k);\n",
+    "        if (b < 0) continue;\n",
+    "        enters |= contour->brick[b].enters[line >> 5];\n",
+    "        leaves |= contour->brick[b].leaves[line >> 5];\n",
+    "    }\n",
+    "    return (enters & leaves) >> (line & 31) & 1u;\n",
+    "}\n",
+    "\n",
     "/* Counts the hits of brick b that enter and leave at the edges of a line in a brick. */\n",
     "SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, int b, int line, float origin, int entering[8],\n",
     "                                              int leaving[8])\n",
@@ -48033,11 +48230,8 @@ static const char *const springls__kernel_lines[] = {
     "            line += 63;\n",
     "            continue;\n",
     "        }\n",
-    "        for (k = -1; k < 2 && springls__is_shared_row(brick, line); k++)\n",
-    "            if (springls__has_hits(contour, springls__brick_beside(brick, line >> 6, k), line)) {\n",
-    "                springls__count_pairs(contour, brick, line);\n",
-    "                break;\n",
-    "            }\n",
+    "        if (springls__is_shared_row(brick, line) && springls__has_both_sides(contour, brick, line))\n",
+    "            springls__count_pairs(contour, brick, line);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -48064,7 +48258,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19285 \"springls.h\"\n",
+    "#line 19327 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48119,7 +48313,6 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Working memory of one brick. */\n",
     "typedef struct springls__face_work {\n",
-    "    uint8_t ends[1536]; /* of arcs on a brick's faces */\n",
     "    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
     "    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
     "    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];\n",
@@ -48564,7 +48757,7 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- the kernels ---- */\n",
     "\n",
     "/* Adds the crossings of the edge along an axis that begins at a node to the ends of arcs on the brick's own faces beside it. */\n",
-    "SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, springls__face_work *work)\n",
+    "SPRINGLS__MATHS void springls__add_ends(const int at[3], int axis, int crossings, SPRINGLS__GLOBAL uint8_t *ends)\n",
     "{\n",
     "    int k, before;\n",
     "    for (k = 0; k < 2; k++) {\n",
@@ -48575,7 +48768,7 @@ static const char *const springls__kernel_lines[] = {
     "            node[across] = at[across];\n",
     "            node[beside] = at[beside] - before;\n",
     "            if (node[across] < 8 && node[beside] >= 0 && node[beside] < 8)\n",
-    "                work->ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;\n",
+    "                ends[512 * across + springls__voxel_in_brick(node[0], node[1], node[2])] += (uint8_t)crossings;\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -48604,13 +48797,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Counts the arcs of the faces of brick b. Each joins two crossings. */\n",
-    "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
+    "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
-    "    const bool some = springls__has_shared_nodes(brick) && springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS);\n",
     "    int axis, u, v, k, at[3];\n",
-    "    for (k = 0; k < 1536; k++) work->ends[k] = 0;\n",
-    "    for (axis = 0; axis < 3 && some; axis++)\n",
+    "    for (k = 0; k < 1536; k++) brick->arcs[k] = 0;\n",
+    "    if (!springls__has_shared_nodes(brick) || !springls__has_some_beside(contour, brick, SPRINGLS__OF_CROSSINGS)) return;\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
     "        for (v = 0; v < 9; v++)\n",
     "            for (u = 0; u < 9; u++) {\n",
     "                const int p = springls__axis_after(axis), q = springls__axis_after(p), line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
@@ -48624,10 +48817,10 @@ static const char *const springls__kernel_lines[] = {
     "                    == contour->brick[owner].begin[SPRINGLS__OF_CROSSINGS][line + 1]) continue;\n",
     "                for (; at[axis] < 8; at[axis]++) {\n",
     "                    const int crossings = contour->brick[owner].crossings[8 * line + at[axis]];\n",
-    "                    if (crossings) springls__add_ends(at, axis, crossings, work);\n",
+    "                    if (crossings) springls__add_ends(at, axis, crossings, brick->arcs);\n",
     "                }\n",
     "            }\n",
-    "    for (k = 0; k < 1536; k++) brick->arcs[k] = work->ends[k] / 2;\n",
+    "    for (k = 0; k < 1536; k++) brick->arcs[k] /= 2;\n",
     "    if (brick->margin) springls__keep_shared_faces(brick);\n",
     "}\n",
     "\n",
@@ -48691,7 +48884,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19913 \"springls.h\"\n",
+    "#line 19954 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49289,7 +49482,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49293 \"springls.h\"\n",
+    "#line 49486 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

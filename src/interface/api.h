@@ -65,7 +65,9 @@
 extern "C" {
 #endif
 
-/* These rules hold for every declaration below; the comments name only what differs.
+/* The functions follow by topic; the manual's chapter CORE has the twenty to begin with.
+
+   These rules hold for every declaration below; the comments name only what differs.
 
    - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
    - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at

@@ -54,6 +54,21 @@
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
 
+   CORE
+
+   Twenty functions, of which most programs are made; examples/recipes/core.c calls each, and docs/recipes.md shows it. All else follows
+   in the interface by topic.
+
+     a model       springls_default_desc, springls_create, springls_destroy; springls_last_error: why a call has failed
+     parameters    springls_get_params, springls_set_params
+     input         springls_set_mesh, springls_set_level_set, springls_set_implicit
+     motion        springls_default_forces, springls_default_step_desc, springls_step
+     sculpting     springls_combine_implicit: union, intersection, difference with a shape
+     output        springls_extract_mesh, springls_mesh_free
+     questions     springls_measure, springls_sample_distance, springls_raycast
+     keeping       springls_snapshot, springls_restore
+
+
    MACROS, defined before the include
 
      SPRINGLS_IMPLEMENTATION  adds the function bodies; in one file of the program
