@@ -19250,9 +19250,10 @@ SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, 
     end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
     for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
         const springls__hit hit = contour->hit[k];
-        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
-        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
-        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
+        int x, last;
+        if (hit.weight <= SPRINGLS__LEAST_WEIGHT || hit.t + margin < origin || hit.t - margin >= origin + 8.0f) continue;
+        last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
+        for (x = springls__imax((int)springls__floor(hit.t - margin - origin), 0); x <= last; x++) {
             entering[x] += hit.springl < 0;
             leaving[x] += hit.springl >= 0;
         }
@@ -48186,9 +48187,10 @@ static const char *const springls__kernel_lines[] = {
     "    end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];\n",
     "    for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {\n",
     "        const springls__hit hit = contour->hit[k];\n",
-    "        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);\n",
-    "        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);\n",
-    "        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {\n",
+    "        int x, last;\n",
+    "        if (hit.weight <= SPRINGLS__LEAST_WEIGHT || hit.t + margin < origin || hit.t - margin >= origin + 8.0f) continue;\n",
+    "        last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);\n",
+    "        for (x = springls__imax((int)springls__floor(hit.t - margin - origin), 0); x <= last; x++) {\n",
     "            entering[x] += hit.springl < 0;\n",
     "            leaving[x] += hit.springl >= 0;\n",
     "        }\n",
@@ -48258,7 +48260,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19327 \"springls.h\"\n",
+    "#line 19328 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48884,7 +48886,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19954 \"springls.h\"\n",
+    "#line 19955 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49482,7 +49484,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49486 \"springls.h\"\n",
+    "#line 49488 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

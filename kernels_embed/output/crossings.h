@@ -1095,9 +1095,10 @@ SPRINGLS__MATHS void springls__count_at_edges(const springls__contour *contour, 
     end = contour->brick[b].begin[SPRINGLS__OF_HITS][line + 1];
     for (k = contour->brick[b].begin[SPRINGLS__OF_HITS][line]; k < end; k++) {
         const springls__hit hit = contour->hit[k];
-        int x = springls__imax((int)springls__floor(hit.t - margin - origin), 0);
-        const int last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
-        for (; x <= last && hit.weight > SPRINGLS__LEAST_WEIGHT; x++) {
+        int x, last;
+        if (hit.weight <= SPRINGLS__LEAST_WEIGHT || hit.t + margin < origin || hit.t - margin >= origin + 8.0f) continue;
+        last = springls__imin((int)springls__floor(hit.t + margin - origin), 7);
+        for (x = springls__imax((int)springls__floor(hit.t - margin - origin), 0); x <= last; x++) {
             entering[x] += hit.springl < 0;
             leaving[x] += hit.springl >= 0;
         }
