@@ -271,7 +271,7 @@ static bool repair_copy(const struct morph *morph, const float *model, float *re
     struct solid_repair repair;
     struct solid_handles handles;
     for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
-    return (solid_repair(&voxels, repaired, morph->settings.reach, false, &repair)
+    return (solid_repair(&voxels, repaired, morph->limbs, morph->settings.reach, false, &repair)
             && solid_cut_handles(&voxels, repaired, morph->limbs, 0, &handles))
         || morph_no_memory();
 }

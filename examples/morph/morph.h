@@ -217,6 +217,8 @@ bool morph_weights(const struct morph *morph); /* runs --weights: computes them 
 /* ---- rods.c ---- */
 
 bool morph_make_rods(struct morph *morph); /* of both bodies, while the contexts have their level sets in the neutral pose */
+/* Unites a level set with balls along a way in voxels, whose radius changes evenly. */
+void morph_add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius, float radius_to);
 /* Unites a level set with the rods in the present pose. part: 0 the source, 1 the target. */
 void morph_add_rods(const struct morph *morph, float part, float *phi);
 void morph_mark_limbs(struct morph *morph, float part); /* sets morph->limbs along them */

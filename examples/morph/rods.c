@@ -182,8 +182,7 @@ bool morph_make_rods(struct morph *morph)
     return good;
 }
 
-/* Unites a level set with balls along a way, whose radius changes evenly. */
-static void add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius, float radius_to)
+void morph_add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius, float radius_to)
 {
     const float most = fmaxf(radius, radius_to);
     float axis[3];
@@ -257,7 +256,7 @@ void morph_add_rods(const struct morph *morph, float part, float *phi)
         for (int k = 0; along && k < 2; ++k) { radii[k] = radii[k] > 0.0f ? fmaxf(radii[k], SECTION) : 0.0f; }
         const float left = along ? 1.0f : fminf(1.0f, FADE * (1.0f - part));
         if (left * radii[0] > 0.0f && left * radii[1] > 0.0f) {
-            add_rod(morph->grid.size, phi, ends[0], ends[1], left * radii[0], left * radii[1]);
+            morph_add_rod(morph->grid.size, phi, ends[0], ends[1], left * radii[0], left * radii[1]);
         }
     }
 }

@@ -222,7 +222,8 @@ bool morph_shape(struct morph *morph, float part)
     }
     morph_add_rods(morph, part, phi);
     morph_mark_limbs(morph, part);
-    return (solid_repair(&voxels, phi, morph->settings.reach, true, &repair) && solid_cut_handles(&voxels, phi, morph->limbs, 0, &handles))
+    return (solid_repair(&voxels, phi, morph->limbs, morph->settings.reach, true, &repair)
+            && solid_cut_handles(&voxels, phi, morph->limbs, 0, &handles))
         || morph_no_memory();
 }
 

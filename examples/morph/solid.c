@@ -4,7 +4,8 @@
  *    cuffs are closed by a film.
  * 2. Sheets, which have no inside, become solid: one voxel thick, or by --thicken (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
- * 4. Bodies that touch nothing are connected with the largest one by bridges.
+ * 4. Where a limb's parts do not meet, they are joined along its bones. Bodies that still touch nothing are connected with the largest
+ *    one by bridges.
  * 5. Limbs too thin for the voxels become thicker (character/thin_places.h).
  * 6. Handles are undone, so that a body stays one however it touches itself in a pose (character/solid_handles.h). */
 #include "morph/morph.h"
@@ -57,6 +58,10 @@ static const char *limb_at(const struct morph *morph, const struct character *c,
     }
     return joint < skeleton->joint_count ? skeleton->joints[joint].name : "without a bone";
 }
+
+#define GAP 1.5f        /* voxels: a bone that is outside for longer leaves the body... */
+#define DETOUR 4.0f     /* ...and what it enters then is another part of the limb if the body leads there by a way so many times as long */
+#define GAP_RADIUS 1.0f /* voxel */
 
 /* ---- sheets ---- */
 
@@ -136,17 +141,106 @@ static unsigned char *mark_bones(const struct morph *morph, const struct solid_g
     return limbs;
 }
 
+/* ---- gaps ---- */
+
+/* Finds whether a voxel is reached from another one within the body in so many steps. Returns -1 if memory is short. */
+static int is_reached(const struct solid_grid *grid, const float *phi, int from, int to, int steps)
+{
+    const int *size = grid->size, count = size[0] * size[1] * size[2];
+    int *queue = malloc((size_t)count * sizeof *queue), end = 0, ring_end = 1, found = -1;
+    unsigned char *seen = calloc((size_t)count, 1);
+    if (queue && seen) {
+        queue[end++] = from;
+        seen[from] = 1;
+        for (int done = 0; done < end && steps >= 0 && !seen[to]; ++done) {
+            if (done == ring_end) {
+                ring_end = end;
+                --steps;
+            }
+            for (int k = 0; k < 27 && steps > 0; ++k) {
+                const int next = queue[done] + k % 3 - 1 + size[0] * (k / 3 % 3 - 1 + size[1] * (k / 9 - 1));
+                if (next >= 0 && next < count && !seen[next] && phi[next] < 0.0f) {
+                    seen[next] = 1;
+                    queue[end++] = next;
+                }
+            }
+        }
+        found = seen[to];
+    }
+    free(queue);
+    free(seen);
+    return found;
+}
+
+static int voxel_at(const int size[3], const float place[3])
+{
+    return ((int)(place[2] + 0.5f) * size[1] + (int)(place[1] + 0.5f)) * size[0] + (int)(place[0] + 0.5f);
+}
+
+/* Where a walk along bones was inside last. */
+struct inside {
+    bool known;
+    float place[3];
+};
+
+/* Walks along a bone and joins what it leaves with what it enters, unless the body itself leads there by no great detour. above: of the
+ * walk down to its joint; where that was never inside, the first place inside on this bone, for others that begin there. */
+static bool join_along(const struct solid_grid *grid, float *phi, const float from[3], const float to[3], struct inside *above,
+                       struct inside *below)
+{
+    float way[3], gap[3], place[3];
+    *below = *above;
+    vec3_sub(to, from, way);
+    const int steps = (int)ceilf(2.0f * vec3_length(way)) + 1;
+    for (int s = 0; s <= steps; ++s) {
+        bool within = true;
+        vec3_add_scaled(from, (float)s / (float)steps, way, place);
+        for (int k = 0; k < 3; ++k) { within = within && place[k] >= 1.0f && place[k] < (float)grid->size[k] - 2.0f; }
+        if (!within || phi[voxel_at(grid->size, place)] >= 0.0f) { continue; }
+        vec3_sub(place, below->place, gap);
+        if (below->known && vec3_length(gap) > GAP) {
+            const int detour = (int)(DETOUR * vec3_length(gap)), before = voxel_at(grid->size, below->place);
+            const int reached = is_reached(grid, phi, before, voxel_at(grid->size, place), detour);
+            if (reached < 0) { return false; }
+            if (reached == 0) { morph_add_rod(grid->size, phi, below->place, place, GAP_RADIUS, GAP_RADIUS); }
+        }
+        below->known = true;
+        memcpy(below->place, place, sizeof place);
+        if (!above->known) { *above = *below; }
+    }
+    return true;
+}
+
+/* Joins the parts of limbs along the bones of the skeleton that both bodies are on. */
+static bool join_gaps(const struct morph *morph, const struct solid_grid *grid, float *phi)
+{
+    const struct character *c = &morph->target.character;
+    struct inside *inside = calloc((size_t)c->joint_count + 1, sizeof *inside);
+    bool good = inside != NULL;
+    for (int j = 0; good && j < c->joint_count; ++j) { /* parents first */
+        const int up = c->joints[j].parent;
+        float from[3], to[3];
+        if (up < 0 || !c->joints[up].bone) { continue; }
+        joint_place(&c->joints[up], from);
+        joint_place(&c->joints[j], to);
+        morph_to_voxel(&morph->grid, from, from);
+        morph_to_voxel(&morph->grid, to, to);
+        good = join_along(grid, phi, from, to, &inside[up], &inside[j]);
+    }
+    free(inside);
+    return good || morph_no_memory();
+}
+
+/* ---- handles ---- */
+
 /* Closes small tunnels and cuts handles. For bone weights alone they stay. */
-static bool cut_handles(const struct morph *morph, const char *name, const struct solid_grid *grid, float *phi,
-                        struct morph_solid *solid)
+static bool cut_handles(const struct morph *morph, const char *name, const struct solid_grid *grid, const unsigned char *limbs,
+                        float *phi, struct morph_solid *solid)
 {
     struct solid_handles handles = {0, 0};
     const int cells = morph->settings.common.grid;
     if (morph->settings.weights) { return true; }
-    unsigned char *limbs = mark_bones(morph, grid);
-    const bool good = limbs && solid_cut_handles(grid, phi, limbs, cells * cells / FILM, &handles);
-    free(limbs);
-    if (!good) { return morph_no_memory(); }
+    if (!solid_cut_handles(grid, phi, limbs, cells * cells / FILM, &handles)) { return morph_no_memory(); }
     solid->tunnels = handles.filled;
     solid->cut = handles.cut;
     if (solid->cut > 0 && !morph->settings.common.quiet) {
@@ -184,10 +278,12 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
     struct solid_repair repair;
     bool empty = false;
     float *phi = malloc(count * sizeof *phi);
+    unsigned char *limbs = mark_bones(morph, &voxels);
     memset(solid, 0, sizeof *solid);
-    bool good = (phi || morph_no_memory()) && sample_phi(ctx, name, character, count, phi, &empty, solid)
+    bool good = ((phi && limbs) || morph_no_memory()) && sample_phi(ctx, name, character, count, phi, &empty, solid)
         && thicken_sheets(morph, name, &voxels, phi, character, empty, solid)
-        && (solid_repair(&voxels, phi, reach, false, &repair) || morph_no_memory());
+        && (morph->settings.weights || join_gaps(morph, &voxels, phi))
+        && (solid_repair(&voxels, phi, limbs, reach, false, &repair) || morph_no_memory());
     if (good) {
         solid->filled = repair.filled;
         solid->found = repair.parts;
@@ -197,8 +293,9 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
             || morph_fail("%s: a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", name,
                           repair.out_of_reach, limb_at(morph, character, &voxels, repair.out_of_reach_at), reach);
     }
-    good = good && thicken_limbs(morph, name, &voxels, phi, solid) && cut_handles(morph, name, &voxels, phi, solid)
+    good = good && thicken_limbs(morph, name, &voxels, phi, solid) && cut_handles(morph, name, &voxels, limbs, phi, solid)
         && morph_check(ctx, springls_set_level_set(ctx, phi), name);
     free(phi);
+    free(limbs);
     return good;
 }

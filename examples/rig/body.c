@@ -229,7 +229,7 @@ static bool part_limbs(const struct rig *rig, const float *phi, float band, cons
             inside = inside || thin[n] < 0.0f;
         }
         if (!inside) { break; }
-        good = solid_repair(&body->grid, thin, (int)(BRIDGE * rig->settings.common.grid), false, &repair)
+        good = solid_repair(&body->grid, thin, NULL, (int)(BRIDGE * rig->settings.common.grid), false, &repair)
             && solid_create(&body->grid, thin, band, &solid);
         if (!good) { break; }
         if (skeleton_embed(s, &solid, up, facing, &found, error) && has_parted(s, &whole, &body->embedding, &found, parted)) {
@@ -269,7 +269,7 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path)
         && thicken_sheets(rig, path, body, phi);
     good = good
-        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), false, &body->repair)
+        && ((solid_repair(&body->grid, phi, NULL, (int)(BRIDGE * rig->settings.common.grid), false, &body->repair)
              && solid_create(&body->grid, phi, band, &body->solid))
             || rig_fail("not enough memory"));
     good = good && run_check("rig", body->ctx, springls_set_level_set(body->ctx, phi), path);

@@ -221,10 +221,82 @@ TEST a_repair_opens_crevices_and_fills_hollows(void)
             if (beside < 4 && along < 12 && y > 15 && y < 30 && (y == 29 || along > 8)) phi[n] = fminf(phi[n], -0.1f);
         }
         ASSERT(phi[within] > 0.0f && phi[film] < 0.0f);
-        ASSERT(solid_repair(&grid, phi, ROOM, true, &repair));
+        ASSERT(solid_repair(&grid, phi, NULL, ROOM, true, &repair));
         ASSERT_EQ(wide, repair.filled > 0);
         ASSERT_EQ(wide, phi[within] < 0.0f);
     }
+    free(phi);
+    PASS();
+}
+
+/* A bridge goes along the middle of a limb, though another way is shorter. */
+TEST a_bridge_follows_a_limb(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    const float around[4][3] = {{10, 20, 20}, {10, 32, 20}, {30, 32, 20}, {30, 20, 20}};
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    unsigned char *limbs = calloc(ROOM * ROOM * ROOM, 1);
+    for (int k = 0; k < 3; ++k) solid_mark_way(&grid, around[k], around[k + 1], limbs);
+    for (int known = 0; known < 2; ++known) {
+        struct solid_repair repair;
+        bool whole;
+        for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+            const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+            phi[n] = fminf(ball_at(p, 10, 20, 20, 6), ball_at(p, 30, 20, 20, 6));
+        }
+        ASSERT(solid_repair(&grid, phi, known ? limbs : NULL, ROOM, false, &repair));
+        ASSERT(solid_is_whole(&grid, phi, &whole) && whole);
+        ASSERT_EQ(1, repair.joined);
+        ASSERT_EQ(known, phi[(20 * ROOM + 32) * ROOM + 20] < 0.0f);
+    }
+    free(phi);
+    free(limbs);
+    PASS();
+}
+
+/* Adds a box to a mesh. */
+static void add_box(const float lo[3], const float hi[3], struct character *c)
+{
+    static const int faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                  2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    for (int i = 0; i < 36; ++i) c->triangles[3 * c->triangle_count + i] = c->vertex_count + faces[i];
+    for (int v = 0; v < 8; ++v)
+        for (int i = 0; i < 3; ++i) c->positions[3 * (c->vertex_count + v) + i] = v >> i & 1 ? hi[i] : lo[i];
+    c->vertex_count += 8;
+    c->triangle_count += 12;
+}
+
+/* Two legs that do not reach the hips and stand on one plate: both are joined with the trunk along their bones, and the plate is cut. */
+TEST limbs_with_gaps_are_joined_along_their_bones(void)
+{
+    static const float boxes[4][2][3] = {{{10, 26, 15}, {30, 36, 25}}, {{12, 6, 18}, {16, 22, 22}}, {{24, 6, 18}, {28, 22, 22}},
+                                         {{12, 4, 18}, {28, 8, 22}}};
+    static const float places[6][3] = {{20, 24, 20}, {20, 32, 20}, {14, 24, 20}, {14, 10, 20}, {26, 24, 20}, {26, 10, 20}};
+    static const int parents[6] = {-1, 0, 0, 2, 0, 4};
+    float positions[3 * 32];
+    int triangles[3 * 48];
+    struct joint joints[6] = {{.bone = false}};
+    struct morph morph = {.settings = {.limbs = 2.5f, .thicken = -1.0f, .reach = ROOM, .common = {.grid = ROOM, .quiet = true}}};
+    struct character *skeleton = &morph.target.character, body = {.positions = positions, .triangles = triangles};
+    struct morph_solid solid;
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    for (int b = 0; b < 4; ++b) add_box(boxes[b][0], boxes[b][1], &body);
+    for (int j = 0; j < 6; ++j) {
+        joints[j].parent = parents[j];
+        joints[j].bone = true;
+        joints[j].neutral = affine_identity();
+        for (int i = 0; i < 3; ++i) joints[j].neutral.m[4 * i + 3] = (double)places[j][i];
+    }
+    skeleton->joints = joints;
+    skeleton->joint_count = 6;
+    ASSERT_EQ(SPRINGLS_OK, begin_room(&morph));
+    ASSERT(morph_solid_make(&morph, morph.ctx, &morph.grid, NULL, &body, &solid));
+    ASSERT_EQ(SPRINGLS_OK, springls_copy_level_set(morph.ctx, phi));
+    const struct solid_grid grid = morph_voxels(&morph.grid);
+    ASSERT_EQ(1, solid_euler(&grid, phi));
+    ASSERT(solid.cut > 0);
+    ASSERT(phi[(20 * ROOM + 24) * ROOM + 17] < 0.0f && phi[(20 * ROOM + 24) * ROOM + 23] < 0.0f);
+    end_room(&morph);
     free(phi);
     PASS();
 }
@@ -595,6 +667,8 @@ int main(int argc, char **argv)
     RUN_TEST(a_contour_opens_a_crevice);
     RUN_TEST(a_contour_grows_a_thin_limb);
     RUN_TEST(a_repair_opens_crevices_and_fills_hollows);
+    RUN_TEST(a_bridge_follows_a_limb);
+    RUN_TEST(limbs_with_gaps_are_joined_along_their_bones);
     RUN_TEST(thin_limbs_become_thick_and_corners_stay);
     RUN_TEST(a_thick_body_stays_at_the_largest_thickness);
     RUN_TEST(handles_are_cut_where_they_are_thin_and_small_tunnels_are_closed);

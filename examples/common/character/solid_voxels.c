@@ -116,6 +116,7 @@ struct repair {
     const struct solid_grid *grid;
     size_t count;
     float *phi;
+    const unsigned char *limbs; /* NULL: none known */
     int *label; /* of voxels inside: their part's, from 1; outside 0, in a hollow HOLLOW or CAVITY */
     int *queue, *before;
 };
@@ -237,9 +238,9 @@ static void carve(struct repair *r, int at)
     }
 }
 
-/* Searches from the body with label 1 for the nearest voxel of another one that is kept, and builds a bridge. Returns the
- * other's label, 0: none within reach. */
-static int bridge(struct repair *r, const bool *kept, int reach)
+/* Searches from the body with label 1 for the nearest voxel of another one that is kept, and builds a bridge. limbs: through these
+ * voxels only, NULL: through all. Returns the other's label, 0: none within reach. */
+static int bridge(struct repair *r, const bool *kept, const unsigned char *limbs, int reach)
 {
     int done = 0, end = 0, ring = 0, ring_end, neighbors[6];
     memset(r->before, -1, r->count * sizeof *r->before);
@@ -264,7 +265,7 @@ static int bridge(struct repair *r, const bool *kept, int reach)
                 }
                 return label;
             }
-            if (r->before[next] < 0 && label == 0) {
+            if (r->before[next] < 0 && label == 0 && (!limbs || limbs[next])) {
                 r->before[next] = at;
                 r->queue[end++] = next;
             }
@@ -296,7 +297,10 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
         kept[p == 1 ? largest : p == largest ? 1 : p] = 1000 * (size_t)voxels[p] >= inside;
         apart += p != largest && 1000 * (size_t)voxels[p] >= inside;
     }
-    for (int other; report->joined < apart && (other = bridge(r, kept, reach)) > 0; ++report->joined) {
+    for (; report->joined < apart; ++report->joined) {
+        int other = r->limbs ? bridge(r, kept, r->limbs, reach) : 0;
+        other = other > 0 ? other : bridge(r, kept, NULL, reach);
+        if (other == 0) { break; }
         for (size_t n = 0; n < r->count; ++n) { r->label[n] = r->label[n] == other ? 1 : r->label[n]; }
     }
     for (size_t n = 0; n < r->count; ++n) {
@@ -314,10 +318,10 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
     return true;
 }
 
-bool solid_repair(const struct solid_grid *grid, float *phi, int reach, bool open, struct solid_repair *report)
+bool solid_repair(const struct solid_grid *grid, float *phi, const unsigned char *limbs, int reach, bool open, struct solid_repair *report)
 {
-    struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL,
-                       NULL};
+    struct repair r = {.grid = grid, .count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], .phi = phi,
+                       .limbs = limbs};
     bool whole;
     memset(report, 0, sizeof *report);
     report->parts = 1;

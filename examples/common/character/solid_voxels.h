@@ -35,9 +35,10 @@ struct solid_repair {
 };
 
 /* Makes one body of a level set (negative inside, voxels): fills hollows, and connects separate bodies of at least 1/1000 of the
- * volume by the shortest bridges, if these are at most `reach` voxels long. open: crevices that a film of one voxel closes are
- * opened instead. Returns false if memory is short. */
-bool solid_repair(const struct solid_grid *grid, float *phi, int reach, bool open, struct solid_repair *report);
+ * volume by bridges, if these are at most `reach` voxels long: along the middles of limbs where one leads to another body, else the
+ * shortest. limbs: of each voxel, not 0 where the middle of a limb is, as solid_mark_way (solid_handles.h) marks it; NULL: none known.
+ * open: crevices that a film of one voxel closes are opened instead. Returns false if memory is short. */
+bool solid_repair(const struct solid_grid *grid, float *phi, const unsigned char *limbs, int reach, bool open, struct solid_repair *report);
 
 /* Finds whether the inside is one body, connected by faces of voxels, and so is the outside. Returns false if memory is short. */
 bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole);
