@@ -220,6 +220,18 @@ static double kernel(const struct warp *warp, const float point[3], int c, doubl
     return sum;
 }
 
+/* Evaluates the kernel between all pairs of centers. */
+static void fill_kernels(struct warp *warp)
+{
+    const size_t count = (size_t)warp->count;
+    double gradient[3];
+    for (size_t a = 0; a < count; ++a) {
+        for (size_t b = 0; b <= a; ++b) {
+            warp->kernels[a * count + b] = warp->kernels[b * count + a] = kernel(warp, warp->centers + 3 * a, (int)b, gradient);
+        }
+    }
+}
+
 bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size,
                  const struct warp_prior *prior, struct warp *warp)
 {
@@ -231,7 +243,8 @@ bool warp_create(const float *centers, int count, const float *landmarks, int la
     warp->prior = *prior;
     warp->centers = malloc((all + 1) * sizeof *warp->centers);
     warp->weights = calloc(all + 1, sizeof *warp->weights);
-    if (!warp->centers || !warp->weights) {
+    warp->kernels = malloc(((size_t)warp->count * (size_t)warp->count + 1) * sizeof *warp->kernels);
+    if (!warp->centers || !warp->weights || !warp->kernels) {
         warp_free(warp);
         return false;
     }
@@ -242,6 +255,7 @@ bool warp_create(const float *centers, int count, const float *landmarks, int la
     if (landmark_count > 0) {
         memcpy(warp->centers + 3 * count, landmarks, 3 * (size_t)landmark_count * sizeof *landmarks);
     }
+    fill_kernels(warp);
     return true;
 }
 
@@ -249,6 +263,7 @@ void warp_free(struct warp *warp)
 {
     free(warp->centers);
     free(warp->weights);
+    free(warp->kernels);
     memset(warp, 0, sizeof *warp);
 }
 
@@ -282,114 +297,147 @@ void warp_apply(const struct warp *warp, const float point[3], float place[3], f
     }
 }
 
-/* A measured displacement of a center from the template, and its covariance; normal: where the warp's noise lies along it, else
- * zero. */
+/* Computes x + u(x) at a center. */
+static void warp_apply_to_center(const struct warp *warp, int a, float place[3])
+{
+    const double *row = warp->kernels + (size_t)a * (size_t)warp->count;
+    double u[3] = {0.0, 0.0, 0.0};
+    for (int c = 0; c < warp->count; ++c) {
+        for (int r = 0; r < 3; ++r) {
+            u[r] += row[c] * warp->weights[3 * c + r];
+        }
+    }
+    for (int r = 0; r < 3; ++r) {
+        place[r] = (float)((double)warp->centers[3 * a + r] + u[r]);
+    }
+}
+
+/* A measured displacement of a center from the template. Its covariance is variance I - surer normal normal^T. */
 struct constraint {
-    double displacement[3], covariance[3][3], normal[3];
+    double displacement[3], normal[3], variance, surer;
 };
 
 /* Makes a constraint with the warp's noise along `normal` and a weak one across it. */
 static struct constraint constraint_along(const struct warp *warp, const double displacement[3], const float normal[3])
 {
     const double along2 = pow(warp->prior.noise * warp->size, 2.0), across2 = pow(warp->prior.slide * warp->size, 2.0);
-    struct constraint constraint;
+    struct constraint constraint = {.variance = across2, .surer = fmax(0.0, across2 - along2)};
     for (int r = 0; r < 3; ++r) {
         constraint.displacement[r] = displacement[r];
         constraint.normal[r] = (double)normal[r];
-        for (int c = 0; c < 3; ++c) {
-            const double both = (double)normal[r] * (double)normal[c], across = (r == c ? 1.0 : 0.0) - both;
-            constraint.covariance[r][c] = along2 * both + across2 * across;
-        }
     }
     return constraint;
 }
 
 static struct constraint isotropic_constraint(const double displacement[3], double sigma)
 {
-    struct constraint constraint;
-    memset(&constraint, 0, sizeof constraint);
-    for (int r = 0; r < 3; ++r) {
-        constraint.displacement[r] = displacement[r];
-        constraint.covariance[r][r] = sigma * sigma;
-    }
+    struct constraint constraint = {.variance = sigma * sigma};
+    memcpy(constraint.displacement, displacement, sizeof constraint.displacement);
     return constraint;
 }
 
-struct matrix_loop {
-    const struct warp *warp;
-    const struct constraint *constraints;
-    size_t n;
-    double *matrix;
-};
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-static void run_matrix_loop(void *arg, int begin, int end)
+/* Computes the inverse of K + variances, n x n for n centers. */
+static bool invert_isotropic(const struct warp *warp, const struct constraint *constraints, double *inverse)
 {
-    const struct matrix_loop *loop = arg;
-    const struct warp *warp = loop->warp;
-    double gradient[3];
-    for (int a = begin; a < end; ++a) {
-        for (int r = 0; r < 3; ++r) {
-            double *row = loop->matrix + (size_t)(3 * a + r) * loop->n;
-            for (int b = 0; b <= a; ++b) {
-                row[3 * b + r] = kernel(warp, warp->centers + 3 * a, b, gradient);
-            }
-            for (int c = 0; c <= r; ++c) {
-                row[3 * a + c] += loop->constraints[a].covariance[r][c];
+    const int n = warp->count;
+    memcpy(inverse, warp->kernels, (size_t)n * (size_t)n * sizeof *inverse);
+    for (int a = 0; a < n; ++a) {
+        inverse[(size_t)a * (size_t)(n + 1)] += constraints[a].variance;
+    }
+    const bool good = LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'L', n, inverse, n) == 0
+                   && LAPACKE_dpotri(LAPACK_ROW_MAJOR, 'L', n, inverse, n) == 0;
+    for (int a = 0; good && a < n; ++a) { /* the other half */
+        for (int b = 0; b < a; ++b) {
+            inverse[(size_t)b * (size_t)n + (size_t)a] = inverse[(size_t)a * (size_t)n + (size_t)b];
+        }
+    }
+    return good;
+}
+
+/* Computes I - U^T G U: columns of U are the normals times sqrt(surer). */
+static void fill_capacity(const struct warp *warp, const struct constraint *constraints, const double *inverse, double *capacity)
+{
+    const size_t n = (size_t)warp->count;
+    for (size_t a = 0; a < n; ++a) {
+        for (size_t b = 0; b <= a; ++b) {
+            const double both = sqrt(constraints[a].surer * constraints[b].surer) * dot(constraints[a].normal, constraints[b].normal);
+            capacity[a * n + b] = (a == b ? 1.0 : 0.0) - both * inverse[a * n + b];
+        }
+    }
+}
+
+/* Sets weights = (G x I) wanted, 3 numbers a center. */
+static void multiply(const double *inverse, int count, const double *wanted, double *weights)
+{
+    for (int a = 0; a < count; ++a) {
+        double *w = weights + 3 * a;
+        w[0] = w[1] = w[2] = 0.0;
+        for (int b = 0; b < count; ++b) {
+            const double value = inverse[(size_t)a * (size_t)count + (size_t)b];
+            for (int r = 0; r < 3; ++r) {
+                w[r] += value * wanted[3 * b + r];
             }
         }
     }
 }
 
-/* Fills the lower half of the symmetric matrix K + covariance, n x n for 3 rows a center. */
-static void fill_matrix(const struct warp *warp, const struct constraint *constraints, size_t n, double *matrix)
-{
-    struct matrix_loop loop = {warp, constraints, n, matrix};
-    threads_for(warp->count, 8, run_matrix_loop, &loop);
-}
-
 /* Sets the warp's noise to one under which the constraints are more probable, by a step of MacKay's fixed-point iteration (1992):
- * their derivative by the noise vanishes where the squares of the weights along the normals are the inverse matrix there.
- * inverse: its lower half. */
-static void learn_noise(struct warp *warp, const struct constraint *constraints, size_t n, const double *inverse)
+ * their derivative by the noise vanishes where the squares of the weights along the normals are the inverse of the whole matrix
+ * there, (1 / capacity - 1) / surer by the same formula as in solve. inverse: the capacity's. */
+static void learn_noise(struct warp *warp, const struct constraint *constraints, const double *inverse)
 {
     double found = 0.0, expected = 0.0;
     for (int a = 0; a < warp->count; ++a) {
-        const double *m = constraints[a].normal, *w = warp->weights + 3 * a;
-        const double along = m[0] * w[0] + m[1] * w[1] + m[2] * w[2];
+        const double along = dot(constraints[a].normal, warp->weights + 3 * a);
         found += along * along;
-        for (int r = 0; r < 3; ++r) {
-            const double *row = inverse + (size_t)(3 * a + r) * n + 3 * a;
-            for (int c = 0; c <= r; ++c) {
-                expected += (c < r ? 2.0 : 1.0) * m[r] * m[c] * row[c];
-            }
-        }
+        expected += constraints[a].surer > 0.0 ? (inverse[(size_t)a * (size_t)(warp->count + 1)] - 1.0) / constraints[a].surer : 0.0;
     }
     if (expected > 0.0) {
         warp->prior.noise = fmin(most_noise, fmax(least_noise, warp->prior.noise * sqrt(found / expected)));
     }
 }
 
-/* Finds the most probable displacement under one constraint a center, and learns the noise if the prior does. Returns false if
- * LAPACK fails or memory is short. */
+/* Finds the most probable displacement under one constraint a center, and learns the noise if the prior does: the weights are the
+ * inverse of K x I + covariance = (K + variances) x I - U U^T, times the displacements. By Woodbury's formula, with G the inverse of
+ * K + variances and H = G x I,
+ *   (H^-1 - U U^T)^-1 = H + H U (I - U^T H U)^-1 U^T H,
+ * which takes matrices of one row a center instead of three. Returns false if LAPACK fails or memory is short. */
 static bool solve(struct warp *warp, const struct constraint *constraints)
 {
-    const int n = 3 * warp->count;
-    double *matrix = calloc((size_t)n * (size_t)n + 1, sizeof *matrix);
-    if (!matrix) {
+    const int n = warp->count;
+    const size_t square = (size_t)n * (size_t)n;
+    double *inverse = malloc((2 * square + 4 * (size_t)n + 1) * sizeof *inverse), *capacity = inverse + square;
+    double *wanted = capacity + square, *along = wanted + 3 * n;
+    if (!inverse) {
         return false;
     }
-    fill_matrix(warp, constraints, (size_t)n, matrix);
-    for (int i = 0; i < n; ++i) {
-        warp->weights[i] = constraints[i / 3].displacement[i % 3];
+    bool good = invert_isotropic(warp, constraints, inverse);
+    for (int a = 0; a < n; ++a) {
+        memcpy(wanted + 3 * a, constraints[a].displacement, sizeof constraints[a].displacement);
     }
-    bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
+    if (good) {
+        multiply(inverse, n, wanted, warp->weights);
+        fill_capacity(warp, constraints, inverse, capacity);
+        for (int a = 0; a < n; ++a) {
+            along[a] = sqrt(constraints[a].surer) * dot(constraints[a].normal, warp->weights + 3 * a);
+        }
+        good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, capacity, n, along, 1) == 0;
+    }
+    if (good) {
+        for (int i = 0; i < 3 * n; ++i) {
+            wanted[i] += sqrt(constraints[i / 3].surer) * along[i / 3] * constraints[i / 3].normal[i % 3];
+        }
+        multiply(inverse, n, wanted, warp->weights);
+    }
     if (good && warp->prior.learns) {
-        good = LAPACKE_dpotri(LAPACK_ROW_MAJOR, 'L', n, matrix, n) == 0;
+        good = LAPACKE_dpotri(LAPACK_ROW_MAJOR, 'L', n, capacity, n) == 0;
         if (good) {
-            learn_noise(warp, constraints, (size_t)n, matrix);
+            learn_noise(warp, constraints, capacity);
         }
     }
-    free(matrix);
+    free(inverse);
     return good;
 }
 
@@ -444,7 +492,7 @@ double warp_cost(const struct warp *warp, const struct target *target, const str
     for (int a = 0; a < warp->count; ++a) {
         struct target_hit hit;
         float at[3];
-        warp_apply(warp, warp->centers + 3 * a, at, NULL);
+        warp_apply_to_center(warp, a, at);
         for (int k = 0; k < 3; ++k) { /* weights^T K weights, where K weights is u at the centers */
             cost += warp->weights[3 * a + k] * ((double)at[k] - (double)warp->centers[3 * a + k]);
         }
@@ -562,7 +610,7 @@ static bool refine(const struct target *target, const struct fit_source *source,
         for (int step = 0; good && step < WARP_STEPS; ++step) {
             good = warp_fit(&warp, target, pose, now, source->normals, landmarks);
             for (int i = 0; i < source->count; ++i) {
-                warp_apply(&warp, source->points + 3 * i, now + 3 * i, NULL);
+                warp_apply_to_center(&warp, i, now + 3 * i);
             }
         }
         *cost = warp_cost(&warp, target, pose);

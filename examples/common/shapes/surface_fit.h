@@ -64,6 +64,7 @@ struct warp {
     int count, pinned; /* the last `pinned` centres are landmarks */
     float *centers;    /* 3 each, template coordinates */
     double *weights;   /* 3 each */
+    double *kernels;   /* between all pairs of centers */
     double size, middle[3]; /* of the template: shape_size, and mean of its centers */
     struct warp_prior prior;
 };
