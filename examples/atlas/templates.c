@@ -2,6 +2,7 @@
 #include "atlas/atlas.h"
 
 #include "base/progress.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "imaging/segment_image.h"
 
@@ -72,7 +73,7 @@ static bool sample_mask(const struct fusion_map *map, const struct volume *grid,
     struct volume binary = *labels; /* the same grid with other data */
     binary.data = malloc(volume_voxels(labels) * sizeof *binary.data);
     if (!binary.data) {
-        return atlas_no_memory();
+        return false;
     }
     for (size_t n = 0; n < volume_voxels(labels); ++n) {
         binary.data[n] = labels->data[n] > 0.5f ? 1.0f : 0.0f;
@@ -127,18 +128,18 @@ static void take_labels(const struct atlas_build *build, const struct fusion_map
     }
 }
 
-static bool add_subject(const struct atlas_build *build, int s, struct fusion_template *template)
+/* Registers a subject to a template, and samples its image, mask and labels there. error: receives what is wrong. */
+static bool add_subject(const struct atlas_build *build, int s, struct fusion_template *template, char error[VOLUME_TEXT])
 {
     const struct atlas_subject *self = &build->subjects[template->self], *subject = &build->subjects[s];
     const size_t voxels = volume_voxels(&template->image);
     struct fusion_map map;
     float shift[3];
-    char error[VOLUME_TEXT];
     for (int a = 0; a < 3; ++a) {
         shift[a] = (float)(subject->target.center[a] - self->target.center[a]);
     }
     if (!fusion_register(&template->image, &subject->image, shift, &map, error)) {
-        return atlas_fail("%s: %s", subject->name, error);
+        return false;
     }
     fusion_sample(&map, &template->image, &subject->image, template->images + (size_t)s * voxels);
     const bool good = sample_mask(&map, &template->image, &subject->labels, template->masks + (size_t)s * voxels);
@@ -146,6 +147,7 @@ static bool add_subject(const struct atlas_build *build, int s, struct fusion_te
         take_labels(build, &map, s, template);
     }
     registration_free(&map.registration);
+    snprintf(error, VOLUME_TEXT, "not enough memory");
     return good;
 }
 
@@ -172,19 +174,45 @@ static bool make_template(const struct atlas_build *build, int self, int labels,
     return true;
 }
 
-/* Registers all subjects to a template. */
+struct fill_loop {
+    const struct atlas_build *build;
+    struct fusion_template *template;
+    struct progress *bar;
+    int done;   /* registrations, those to other templates too */
+    int failed; /* the first subject of those that failed; -1: none */
+    char error[VOLUME_TEXT];
+};
+
+static void run_fill_loop(void *arg, int begin, int end)
+{
+    struct fill_loop *loop = arg;
+    for (int s = begin; s < end; ++s) {
+        char error[VOLUME_TEXT];
+        const bool good = add_subject(loop->build, s, loop->template, error);
+        threads_lock();
+        if (!good && (loop->failed < 0 || s < loop->failed)) {
+            loop->failed = s;
+            memcpy(loop->error, error, sizeof error);
+        }
+        progress_update(loop->bar, (size_t)++loop->done, loop->build->settings.names[s]);
+        threads_unlock();
+    }
+}
+
+/* Registers all subjects to a template. They take turns on the threads: each by itself is small. */
 static bool fill_template(const struct atlas_build *build, struct fusion_template *template, struct progress *bar, int before)
 {
     const size_t voxels = volume_voxels(&template->image);
+    struct fill_loop loop = {.build = build, .template = template, .bar = bar, .done = before, .failed = -1};
+    threads_for(template->count, 1, run_fill_loop, &loop);
+    if (loop.failed >= 0) {
+        return atlas_fail("%s: %s", build->subjects[loop.failed].name, loop.error);
+    }
     bool good = true;
     for (int s = 0; good && s < template->count; ++s) {
-        good = add_subject(build, s, template);
-        progress_update(bar, (size_t)(before + s + 1), build->settings.names[s]);
+        good = fusion_normalize(template, template->images + (size_t)s * voxels);
     }
-    for (int s = 0; good && s < template->count; ++s) {
-        good = fusion_normalize(template, template->images + (size_t)s * voxels) || atlas_no_memory();
-    }
-    return good && (fusion_prepare(template) || atlas_no_memory());
+    return (good && fusion_prepare(template)) || atlas_no_memory();
 }
 
 bool atlas_templates_make(struct atlas_build *build)

@@ -446,6 +446,9 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
             return false;
         }
         level->start = level->iterations == 0 ? difference : level->start;
+        if (difference == 0.0) { /* an image and itself */
+            break;
+        }
         if (level->iterations >= PATIENCE && difference > (1.0 - (double)min_gain) * *slot) {
             break;
         }
