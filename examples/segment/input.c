@@ -59,7 +59,7 @@ static bool read_reference(struct segment *run)
     return run->truth || segment_no_memory();
 }
 
-/* Chooses low, high and ramp of the pressure. */
+/* Chooses low, high and ramp of the pressure of run->result. */
 static bool choose_window(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
@@ -100,7 +100,6 @@ bool segment_read(struct segment *run)
         && (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth)))) {
         return segment_no_memory();
     }
-    segment_choose_side(run);
     if (isnan(set->stay)) { /* a start at the object should stay there */
         const float *spacing = run->image.spacing;
         const bool close = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
@@ -108,21 +107,29 @@ bool segment_read(struct segment *run)
                     : set->cut ? 0.5 * usual_stay * (double)segment_cut_side(&run->image)
                                : 0.0;
     }
-    return true;
+    bool good = true;
+    for (int o = 0; good && o < set->object_count; ++o) {
+        run->result = &run->results[o];
+        memset(run->result, 0, sizeof *run->result);
+        run->result->object = &set->objects[o];
+        run->result->start_dice = (double)NAN;
+        good = choose_window(run);
+    }
+    if (good) {
+        segment_choose_side(run);
+    }
+    return good;
 }
 
 bool segment_begin(struct segment *run, int object)
 {
     const struct segment_object *what = &run->settings.objects[object];
     run->result = &run->results[object];
-    memset(run->result, 0, sizeof *run->result);
-    run->result->object = what;
-    run->result->start_dice = (double)NAN;
     if (run->truth && segment_mask(&run->reference, what->labels, what->label_count, run->truth) == 0) {
         return segment_fail("%.200s: no voxel has the label asked for%s", run->settings.reference,
                             what->label_count ? " (--label)" : "");
     }
-    return choose_window(run);
+    return true;
 }
 
 /* ---- start ---- */
