@@ -35853,6 +35853,18 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
+/* Readies a model for a snapshot, and finds the snapshot's numbers, and where its sections lie; layout.size: its bytes. */
+SPRINGLS__FN springls_status springls__snapshot_begin(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *state,
+                                                      springls__layout *layout)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle_components(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_fill(ctx, kind, state);
+    *layout = springls__layout_of(&ctx->model.grid, state);
+    return (size_t)layout->size == layout->size ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+}
+
 SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
                                                           size_t capacity, size_t *size)
 {
@@ -35863,13 +35875,8 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx,
     if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__settle_components(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    springls__snapshot_fill(ctx, kind, &state);
-    layout = springls__layout_of(&ctx->model.grid, &state);
+    SPRINGLS__TRY(springls__snapshot_begin(ctx, kind, &state, &layout));
     *size = (size_t)layout.size;
-    if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
@@ -49484,7 +49491,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49488 \"springls.h\"\n",
+    "#line 49495 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -56268,16 +56275,14 @@ SPRINGLS__FN springls_status springls__back_up(springls_tiling *tiling, springls
     springls__snapshot_state state;
     springls__layout layout;
     springls__table tables[2];
-    size_t size;
     (void)arg;
     if (body->backup_size) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls_snapshot(ctx, kind, NULL, 0, &size));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, size, 1, 0));
-    SPRINGLS__TRY(springls_snapshot(ctx, kind, body->backup.data, size, &size));
-    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)body->backup.data, size, &state, &layout));
+    SPRINGLS__TRY(springls__snapshot_begin(ctx, kind, &state, &layout));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &body->backup, (size_t)layout.size, 1, 0));
+    springls__snapshot_write(ctx, &state, &layout, (char *)body->backup.data);
     springls__tables_of_block(ctx, &state, &layout, (const char *)body->backup.data, tables);
     SPRINGLS__TRY(springls__snapshot_reserve(ctx, &state, tables));
-    body->backup_size = size;
+    body->backup_size = (size_t)layout.size;
     return SPRINGLS_OK;
 }
 
@@ -56343,13 +56348,22 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     return springls__body_to_host(tiling, body, NULL);
 }
 
-/* Returns whether the phi of body `own` at a voxel is the lowest of all, as where a place has its label. */
+/* Returns whether a voxel is among the bricks of a table, beyond which all is outside. */
+SPRINGLS__FN bool springls__in_table(const springls__table *t, const int at[3])
+{
+    return at[0] >= t->lower[0] && at[0] < t->upper[0] && at[1] >= t->lower[1] && at[1] < t->upper[1] && at[2] >= t->lower[2]
+           && at[2] < t->upper[2];
+}
+
+/* Returns whether the phi of body `own`, which is negative at a voxel, is the lowest of all, as where a place has its label. */
 SPRINGLS__FN bool springls__has_voxel(const springls_tiling *tiling, int own, float phi, const int at[3])
 {
     int i;
     for (i = 0; i < tiling->count; i++) {
         const springls__grid *g = &tiling->body[i].ctx->model.grid;
-        const float other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        float other;
+        if (i > 0 && !springls__in_table(&g->table, at)) continue;
+        other = tiling->body[i].sign * springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
         if (i != own && (i < own ? other <= phi : other < phi)) return false;
     }
     return true;

@@ -277,6 +277,18 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
     springls__put_head(out, springls__snapshot_magic, layout->count, layout->size);
 }
 
+/* Readies a model for a snapshot, and finds the snapshot's numbers, and where its sections lie; layout.size: its bytes. */
+SPRINGLS__FN springls_status springls__snapshot_begin(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *state,
+                                                      springls__layout *layout)
+{
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__settle_components(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_fill(ctx, kind, state);
+    *layout = springls__layout_of(&ctx->model.grid, state);
+    return (size_t)layout->size == layout->size ? SPRINGLS_OK : springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+}
+
 SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
                                                           size_t capacity, size_t *size)
 {
@@ -287,13 +299,8 @@ SPRINGLS__SNAPSHOTS_API springls_status springls_snapshot(springls_context *ctx,
     if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__settle_components(ctx));
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    springls__snapshot_fill(ctx, kind, &state);
-    layout = springls__layout_of(&ctx->model.grid, &state);
+    SPRINGLS__TRY(springls__snapshot_begin(ctx, kind, &state, &layout));
     *size = (size_t)layout.size;
-    if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
     if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
