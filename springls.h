@@ -9381,24 +9381,52 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
     return sides;
 }
 
+/* Returns the weight of springl i in the set about x; 0 or less beyond the radius. */
+SPRINGLS__INNER float springls__sample_weight(const springls__model *model, int i, springls__v3 x, float radius)
+{
+    const float weight = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x)) / (radius * radius);
+    return weight > 0.0f ? weight * weight : 0.0f;
+}
+
+/* Leaves out the springls of a set that lie beyond a smaller radius. */
+SPRINGLS__MATHS void springls__narrow_samples(const springls__model *model, springls__v3 x, float radius, springls__sample_set *samples)
+{
+    int k, count = 0;
+    for (k = 0; k < samples->count; k++) {
+        const int i = samples->id[k];
+        samples->id[count] = i;
+        samples->weight[count] = springls__sample_weight(model, i, x, radius);
+        count += samples->weight[count] > 0.0f;
+    }
+    samples->count = count;
+}
+
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
    set. */
 SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                                  springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
-    const float least = 0.3f;
-    int i;
+    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */
+    int i, k;
     samples->count = 0;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || weight <= 0.0f) continue;
-        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* springls lie on each other: those of the set are enough */
-        radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_near(model, x, radius);
-        samples->count = 0;
+        float weight = i < known ? springls__sample_weight(model, i, x, radius) : 0.0f;
+        while (weight > 0.0f && samples->count == SPRINGLS__SAMPLE_SET_SIZE && radius >= least) {
+            radius *= 0.8f;
+            walk.r2 = radius * radius;
+            springls__narrow_samples(model, x, radius, samples);
+            weight = springls__sample_weight(model, i, x, radius);
+        }
+        if (!(weight > 0.0f)) continue;
+        if (samples->count == SPRINGLS__SAMPLE_SET_SIZE) break;
+        samples->id[samples->count] = i;
+        samples->weight[samples->count++] = weight;
+    }
+    for (k = 0; k < samples->count; k++) { /* of those that stay */
+        samples->p[k] = model->set.s[samples->id[k]].p;
+        samples->n[k] = springls__springl_normal(model->set.s[samples->id[k]]);
+        samples->a[k] = model->set.a[samples->id[k]];
     }
 }
 
@@ -42987,24 +43015,52 @@ static const char *const springls__kernel_lines[] = {
     "    return sides;\n",
     "}\n",
     "\n",
+    "/* Returns the weight of springl i in the set about x; 0 or less beyond the radius. */\n",
+    "SPRINGLS__INNER float springls__sample_weight(const springls__model *model, int i, springls__v3 x, float radius)\n",
+    "{\n",
+    "    const float weight = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x)) / (radius * radius);\n",
+    "    return weight > 0.0f ? weight * weight : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Leaves out the springls of a set that lie beyond a smaller radius. */\n",
+    "SPRINGLS__MATHS void springls__narrow_samples(const springls__model *model, springls__v3 x, float radius, springls__sample_set *samples)\n",
+    "{\n",
+    "    int k, count = 0;\n",
+    "    for (k = 0; k < samples->count; k++) {\n",
+    "        const int i = samples->id[k];\n",
+    "        samples->id[count] = i;\n",
+    "        samples->weight[count] = springls__sample_weight(model, i, x, radius);\n",
+    "        count += samples->weight[count] > 0.0f;\n",
+    "    }\n",
+    "    samples->count = count;\n",
+    "}\n",
+    "\n",
     "/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the\n",
     "   set. */\n",
     "SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
     "                                                 springls__sample_set *samples)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);\n",
-    "    const float least = 0.3f;\n",
-    "    int i;\n",
+    "    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */\n",
+    "    int i, k;\n",
     "    samples->count = 0;\n",
     "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
-    "        if (i >= known || weight <= 0.0f) continue;\n",
-    "        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
-    "        if (radius < least) return; /* springls lie on each other: those of the set are enough */\n",
-    "        radius *= 0.8f;             /* too many: begin again */\n",
-    "        walk = springls__cell_walk_near(model, x, radius);\n",
-    "        samples->count = 0;\n",
+    "        float weight = i < known ? springls__sample_weight(model, i, x, radius) : 0.0f;\n",
+    "        while (weight > 0.0f && samples->count == SPRINGLS__SAMPLE_SET_SIZE && radius >= least) {\n",
+    "            radius *= 0.8f;\n",
+    "            walk.r2 = radius * radius;\n",
+    "            springls__narrow_samples(model, x, radius, samples);\n",
+    "            weight = springls__sample_weight(model, i, x, radius);\n",
+    "        }\n",
+    "        if (!(weight > 0.0f)) continue;\n",
+    "        if (samples->count == SPRINGLS__SAMPLE_SET_SIZE) break;\n",
+    "        samples->id[samples->count] = i;\n",
+    "        samples->weight[samples->count++] = weight;\n",
+    "    }\n",
+    "    for (k = 0; k < samples->count; k++) { /* of those that stay */\n",
+    "        samples->p[k] = model->set.s[samples->id[k]].p;\n",
+    "        samples->n[k] = springls__springl_normal(model->set.s[samples->id[k]]);\n",
+    "        samples->a[k] = model->set.a[samples->id[k]];\n",
     "    }\n",
     "}\n",
     "\n",
@@ -43258,7 +43314,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9657 \"springls.h\"\n",
+    "#line 9685 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43354,7 +43410,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9754 \"springls.h\"\n",
+    "#line 9782 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43475,7 +43531,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9876 \"springls.h\"\n",
+    "#line 9904 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43756,7 +43812,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10158 \"springls.h\"\n",
+    "#line 10186 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43842,7 +43898,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10245 \"springls.h\"\n",
+    "#line 10273 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -43985,7 +44041,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10389 \"springls.h\"\n",
+    "#line 10417 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -44174,7 +44230,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10579 \"springls.h\"\n",
+    "#line 10607 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44299,7 +44355,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10705 \"springls.h\"\n",
+    "#line 10733 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44333,7 +44389,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10740 \"springls.h\"\n",
+    "#line 10768 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44871,7 +44927,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11279 \"springls.h\"\n",
+    "#line 11307 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -45021,7 +45077,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11430 \"springls.h\"\n",
+    "#line 11458 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -45099,7 +45155,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11509 \"springls.h\"\n",
+    "#line 11537 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45348,7 +45404,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11759 \"springls.h\"\n",
+    "#line 11787 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45573,7 +45629,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 11985 \"springls.h\"\n",
+    "#line 12013 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45692,7 +45748,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12105 \"springls.h\"\n",
+    "#line 12133 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45789,7 +45845,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12203 \"springls.h\"\n",
+    "#line 12231 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46327,7 +46383,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12742 \"springls.h\"\n",
+    "#line 12770 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46360,7 +46416,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12776 \"springls.h\"\n",
+    "#line 12804 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46385,14 +46441,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12802 \"springls.h\"\n",
+    "#line 12830 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12809 \"springls.h\"\n",
+    "#line 12837 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46407,7 +46463,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12825 \"springls.h\"\n",
+    "#line 12853 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46533,7 +46589,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12951 \"springls.h\"\n",
+    "#line 12979 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46548,7 +46604,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12966 \"springls.h\"\n",
+    "#line 12994 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46674,7 +46730,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13093 \"springls.h\"\n",
+    "#line 13121 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -46966,7 +47022,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13386 \"springls.h\"\n",
+    "#line 13414 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -47102,7 +47158,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18162 \"springls.h\"\n",
+    "#line 18190 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -48267,7 +48323,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19328 \"springls.h\"\n",
+    "#line 19356 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48893,7 +48949,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19955 \"springls.h\"\n",
+    "#line 19983 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49491,7 +49547,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49495 \"springls.h\"\n",
+    "#line 49551 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -326,24 +326,52 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
     return sides;
 }
 
+/* Returns the weight of springl i in the set about x; 0 or less beyond the radius. */
+SPRINGLS__INNER float springls__sample_weight(const springls__model *model, int i, springls__v3 x, float radius)
+{
+    const float weight = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x)) / (radius * radius);
+    return weight > 0.0f ? weight * weight : 0.0f;
+}
+
+/* Leaves out the springls of a set that lie beyond a smaller radius. */
+SPRINGLS__MATHS void springls__narrow_samples(const springls__model *model, springls__v3 x, float radius, springls__sample_set *samples)
+{
+    int k, count = 0;
+    for (k = 0; k < samples->count; k++) {
+        const int i = samples->id[k];
+        samples->id[count] = i;
+        samples->weight[count] = springls__sample_weight(model, i, x, radius);
+        count += samples->weight[count] > 0.0f;
+    }
+    samples->count = count;
+}
+
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
    set. */
 SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                                  springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
-    const float least = 0.3f;
-    int i;
+    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */
+    int i, k;
     samples->count = 0;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || weight <= 0.0f) continue;
-        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* springls lie on each other: those of the set are enough */
-        radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_near(model, x, radius);
-        samples->count = 0;
+        float weight = i < known ? springls__sample_weight(model, i, x, radius) : 0.0f;
+        while (weight > 0.0f && samples->count == SPRINGLS__SAMPLE_SET_SIZE && radius >= least) {
+            radius *= 0.8f;
+            walk.r2 = radius * radius;
+            springls__narrow_samples(model, x, radius, samples);
+            weight = springls__sample_weight(model, i, x, radius);
+        }
+        if (!(weight > 0.0f)) continue;
+        if (samples->count == SPRINGLS__SAMPLE_SET_SIZE) break;
+        samples->id[samples->count] = i;
+        samples->weight[samples->count++] = weight;
+    }
+    for (k = 0; k < samples->count; k++) { /* of those that stay */
+        samples->p[k] = model->set.s[samples->id[k]].p;
+        samples->n[k] = springls__springl_normal(model->set.s[samples->id[k]]);
+        samples->a[k] = model->set.a[samples->id[k]];
     }
 }
 
