@@ -179,6 +179,7 @@ static bool make_atlas(const struct trial *trial, int left_out, struct atlas_bui
     struct atlas *atlas = &others->atlas;
     const struct shape_mesh *mesh = &all->atlas.mean;
     atlas->oriented = all->atlas.oriented;
+    memcpy(atlas->label_ids, all->atlas.label_ids, sizeof atlas->label_ids);
     if (trial->settings->profiles ? !atlas_model_make(others)
                                   : !atlas_mesh_copy(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count,
                                                      &atlas->mean)) {
@@ -213,9 +214,9 @@ static void free_atlas(struct atlas_build *others)
     atlas_free(&others->atlas);
 }
 
-/* Segments one subject's image in one way. The atlas is lent to the run. */
+/* Segments one subject's image in one way. The atlas is lent to the run. labels (may be NULL): receives the Dice of each label. */
 static bool segment(const struct trial *trial, int subject, const char *fit, const struct atlas *atlas,
-                    struct atlas_stage stages[ATLAS_STAGES], double *seconds)
+                    struct atlas_stage stages[ATLAS_STAGES], double *labels, double *seconds)
 {
     struct atlas_segment run;
     char image[2 * MAX_PATH];
@@ -231,6 +232,9 @@ static bool segment(const struct trial *trial, int subject, const char *fit, con
     run.atlas = *atlas;
     const bool good = atlas_segment_image(&run);
     memcpy(stages, run.results, sizeof run.results);
+    for (int l = 0; labels && l < run.part_count; ++l) {
+        labels[l] = run.parts[l].dice;
+    }
     *seconds = run.seconds;
     memset(&run.atlas, 0, sizeof run.atlas);
     atlas_segment_free(&run);
@@ -248,20 +252,23 @@ static int first_column(const struct trial *trial) { return trial->settings->pro
 
 struct table {
     struct atlas_stage *cells; /* TABLE a subject */
+    double *labels;            /* Dice of each label by votes, trial_labels a subject; NaN: neither has it */
     double *seconds;           /* of the segmentation by votes */
     int *subjects;
     int count;
 };
 
+static int trial_labels(const struct trial *trial) { return trial->build.atlas.templates[0].label_count; }
+
 /* Leaves out one subject: stages start, pose, modes, springls by profiles, then registration, fusion, springls by votes. */
-static bool leave_out(const struct trial *trial, int subject, struct atlas_stage cells[TABLE], double *seconds)
+static bool leave_out(const struct trial *trial, int subject, struct atlas_stage cells[TABLE], double *labels, double *seconds)
 {
     struct atlas_build others;
     struct atlas_stage by_votes[ATLAS_STAGES];
     double by_profiles = 0.0;
     bool good = make_atlas(trial, subject, &others)
-             && (!trial->settings->profiles || segment(trial, subject, "profiles", &others.atlas, cells, &by_profiles))
-             && segment(trial, subject, "auto", &others.atlas, by_votes, seconds);
+             && (!trial->settings->profiles || segment(trial, subject, "profiles", &others.atlas, cells, NULL, &by_profiles))
+             && segment(trial, subject, "auto", &others.atlas, by_votes, labels, seconds);
     if (good) {
         memcpy(cells + ATLAS_STAGES, by_votes + 1, (ATLAS_STAGES - 1) * sizeof *cells);
     }
@@ -290,6 +297,27 @@ static struct column summarize(const struct table *table, int c)
     return sum;
 }
 
+/* Prints mean and worst Dice of each label. */
+static void print_labels(const struct trial *trial, const struct table *table)
+{
+    const int labels = trial_labels(trial);
+    for (int l = 0; l < labels; ++l) {
+        double sum = 0.0, worst = INFINITY;
+        int count = 0;
+        for (int s = 0; s < table->count; ++s) {
+            const double dice = table->labels[s * labels + l];
+            if (!isnan(dice)) {
+                sum += dice;
+                worst = fmin(worst, dice);
+                ++count;
+            }
+        }
+        if (count > 0) {
+            printf("  label %-12u  %.4f %.4f\n", (unsigned)trial->build.atlas.label_ids[l], sum / count, worst);
+        }
+    }
+}
+
 static void print_table(const struct trial *trial, const struct table *table)
 {
     double mean = 0.0, longest = 0.0;
@@ -303,6 +331,7 @@ static void print_table(const struct trial *trial, const struct table *table)
         mean += table->seconds[s] / table->count;
         longest = fmax(longest, table->seconds[s]);
     }
+    print_labels(trial, table);
     printf("%d subjects, %.1f s each by votes, at most %.1f s, %d threads\n", table->count, mean, longest, threads_count());
 }
 
@@ -315,6 +344,11 @@ static bool report(const struct trial *trial, const struct table *table, const c
     json_object_begin(&json, NULL);
     json_string(&json, "program", "atlas leave-one-out");
     json_integer(&json, "templates", trial->build.atlas.template_count);
+    json_array_begin(&json, "labels"); /* in the order of label_dice */
+    for (int l = 0; l < trial_labels(trial); ++l) {
+        json_integer(&json, NULL, trial->build.atlas.label_ids[l]);
+    }
+    json_array_end(&json);
     json_array_begin(&json, "subjects");
     for (int s = 0; s < table->count; ++s) {
         json_object_begin(&json, NULL);
@@ -332,6 +366,7 @@ static bool report(const struct trial *trial, const struct table *table, const c
             json_object_end(&json);
         }
         json_array_end(&json);
+        json_numbers(&json, "label_dice", table->labels + s * trial_labels(trial), (size_t)trial_labels(trial));
         json_object_end(&json);
     }
     json_array_end(&json);
@@ -358,16 +393,17 @@ static bool fill_table(const struct trial *trial, struct table *table)
     struct progress bar;
     bool good = true;
     table->cells = calloc(count * TABLE, sizeof *table->cells);
+    table->labels = calloc(count * (size_t)trial_labels(trial) + 1, sizeof *table->labels);
     table->seconds = calloc(count, sizeof *table->seconds);
     table->subjects = calloc(count, sizeof *table->subjects);
-    if (!table->cells || !table->seconds || !table->subjects) {
+    if (!table->cells || !table->labels || !table->seconds || !table->subjects) {
         return atlas_no_memory();
     }
     progress_begin(&bar, "leave one out", count, !cli_may_print(&set->common));
     for (int s = set->first; good && s < trial->build.settings.count; s += set->every) {
         const int row = table->count++;
         table->subjects[row] = s;
-        good = leave_out(trial, s, table->cells + row * TABLE, &table->seconds[row]);
+        good = leave_out(trial, s, table->cells + row * TABLE, table->labels + row * trial_labels(trial), &table->seconds[row]);
         if (good && cli_may_print(&set->common)) {
             print_subject(trial, table, row);
         }
@@ -380,7 +416,7 @@ static bool fill_table(const struct trial *trial, struct table *table)
 bool atlas_leave_one_out(const struct atlas_trial_settings *settings, const springls_params *params)
 {
     static struct trial trial; /* large */
-    struct table table = {NULL, NULL, NULL, 0};
+    struct table table = {.count = 0};
     char path[MAX_PATH];
     memset(&trial, 0, sizeof trial);
     trial.settings = settings;
@@ -412,6 +448,7 @@ bool atlas_leave_one_out(const struct atlas_trial_settings *settings, const spri
         }
     }
     free(table.cells);
+    free(table.labels);
     free(table.seconds);
     free(table.subjects);
     atlas_build_free(&trial.build);
