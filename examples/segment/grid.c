@@ -16,6 +16,7 @@ enum { MIN_CELLS = 24 };
 /* Bytes for each cell face between the inside and the outside of the window, measured on brains and bones of 0.9 to 100 million cells.
  * A start from the threshold has springls on all of them, a contour from elsewhere only on those of its object. */
 static const double face_bytes = 1100.0, reached = 0.5;
+static const double program = 10.0; /* MiB: the program itself, which counts in small images */
 
 static float longest_side(const struct volume *image)
 {
@@ -106,7 +107,7 @@ void segment_choose_side(struct segment *run)
                    own, memory_for(run, area, own), there_is);
         }
         printf("grid: cells of %.3g mm, %.0f along the longest side; about %.0f MiB\n", side,
-               (double)longest_side(&run->image) / side, image + memory_for(run, area, side));
+               (double)longest_side(&run->image) / side, program + image + memory_for(run, area, side));
     }
 }
 
