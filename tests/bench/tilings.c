@@ -907,7 +907,8 @@ static void bubbles(FILE *file)
     fprintf(
         file,
         "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
-        "with both volumes held; means over the last 100. The angle where\n"
+        "with both volumes held; means over the last 100. It is not at rest then: the "
+        "angle falls on. The angle where\n"
         "the walls meet is that between spheres that fit the two outer walls; the third wall's "
         "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
         "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | Pressures | 2 / R | Seconds |\n"
@@ -942,14 +943,16 @@ static const section sections[] = { { "walls", walls_and_cost }, { "cells", cell
 int main(int argc, char **argv)
 {
     FILE *file = argc > 1 ? fopen(argv[1], "w") : stdout;
-    const char *only = getenv("ONLY");
+    const char *only = getenv("ONLY"), *full = getenv("FULL");
     size_t i;
     if (!file) {
         fprintf(stderr, "tilings: cannot write %s\n", argv[1]);
         return 1;
     }
-    fprintf(file, "<!-- written by: make tilings FULL=1 PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\n"
-                  "The interface is `springls_tiling` (the manual in `springls.h`, MANY BODIES).\n");
+    fprintf(file,
+            "<!-- written by: make tilings%s PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\n"
+            "The interface is `springls_tiling` (the manual in `springls.h`, MANY BODIES).\n",
+            full && full[0] == '1' ? " FULL=1" : "");
     for (i = 0; i < sizeof sections / sizeof *sections; i++)
         if (!only || !only[0] || strcmp(only, sections[i].name) == 0) (sections[i].write)(file);
     return file == stdout || fclose(file) == 0 ? 0 : 1;
