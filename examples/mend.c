@@ -98,8 +98,14 @@ static bool find_skin(struct mend *m)
                                          .opening = (float)m->opening,
                                          .speck = (float)m->specks,
                                          .cavities = strcmp(m->cavities, "keep") == 0};
-    return outer_skin_find(m->mesh.positions, m->mesh.indices, m->mesh.triangle_count, &spec, &m->skin, &why)
-        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, why) == CLI_CONTINUE;
+    if (!outer_skin_find(m->mesh.positions, m->mesh.indices, m->mesh.triangle_count, &spec, &m->skin, &why)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, why) == CLI_CONTINUE;
+    }
+    if (m->skin.triangle_count == 0 && !(m->skin.area > 0.0)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: no triangle has an area that floats hold; a voxel is %.2g wide: scale the mesh",
+                        m->input, m->spacing) == CLI_CONTINUE;
+    }
+    return true;
 }
 
 static bool is_moved(const struct mend *m) { return m->origin[0] != 0.0 || m->origin[1] != 0.0 || m->origin[2] != 0.0; }
@@ -389,6 +395,15 @@ static double followed_area(const struct mend *m)
     return seen > 0.0 ? (m->followed.area + m->followed.within) * kept / seen : 0.0;
 }
 
+/* An open sheet encloses nothing: all that the winding number makes of it is rubble beside its border. */
+static bool refuse_sheet(const struct mend *m)
+{
+    const double most = 0.5;
+    return !(m->skin.open && followed_area(m) < most)
+        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: an open sheet, which encloses nothing: a solid would follow %.0f %% of it; close it, "
+                    "or give it a thickness", m->input, 100.0 * followed_area(m)) == CLI_CONTINUE;
+}
+
 static bool lost_much(const struct mend *m) { return m->followed.little || followed_area(m) < 0.9; }
 
 static bool write_json(const struct mend *m, const springls_backend *backend)
@@ -535,7 +550,7 @@ static int run(struct mend *m)
     bool fine = read_mesh(m) && find_skin(m) && read_look(m);
     if (fine) {
         backend = run_backend("mend", &m->common);
-        fine = make_solid(m, backend);
+        fine = make_solid(m, backend) && refuse_sheet(m);
         m->seconds = elapsed_seconds() - begin;
     }
     if (fine && cli_may_print(&m->common)) {

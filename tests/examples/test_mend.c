@@ -662,6 +662,42 @@ TEST what_is_lost_is_named(void)
     PASS();
 }
 
+/* A wavy sheet, open on all sides, and the ring so small that floats have no areas: one line says what is wrong. */
+TEST what_has_no_solid_is_refused(void)
+{
+    struct damaged m;
+    char sheet[512], tiny[512];
+    size_t count = 0;
+    make_ring(&ring);
+    snprintf(sheet, sizeof sheet, "%s", scratch("sheet.ply"));
+    snprintf(tiny, sizeof tiny, "%s", scratch("tiny.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+    for (int i = 0; i < ROUND * ACROSS; ++i) {
+        const double x = 2.0 * (i / ACROSS) / ROUND, y = 1.0 * (i % ACROSS) / ACROSS;
+        m.positions[3 * i] = (float)x;
+        m.positions[3 * i + 1] = (float)y;
+        m.positions[3 * i + 2] = (float)(0.1 * sin(6.0 * x) * cos(6.0 * y));
+    }
+    for (size_t t = 0; t < m.triangle_count; ++t) {
+        const uint32_t *corners = m.indices + 3 * t;
+        const bool within = t / 2 % ACROSS < ACROSS - 1 && t / 2 / ACROSS < ROUND - 1;
+        if (within) memmove(m.indices + 3 * count++, corners, 3 * sizeof *corners);
+    }
+    m.triangle_count = count;
+    ASSERT(write_damaged(sheet, &m, NULL));
+    damage_end(&m);
+    const char *const quiet[] = {"--grid", "48", "--quiet", NULL};
+    ASSERT_EQ(1, run_mend(sheet, quiet));
+    ASSERT(strstr(printed("stderr"), "an open sheet"));
+    for (int i = 0; i < 3 * ROUND * ACROSS; ++i) ring.positions[i] *= 1e-15f;
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+    ASSERT(write_damaged(tiny, &m, NULL));
+    damage_end(&m);
+    ASSERT_EQ(1, run_mend(tiny, quiet));
+    ASSERT(strstr(printed("stderr"), "no triangle has an area that floats hold"));
+    PASS();
+}
+
 /* The ring at coordinates of a national grid, in which floats have steps of half a unit: read and written in double precision. */
 TEST distant_meshes_keep_their_digits(void)
 {
@@ -981,6 +1017,7 @@ int main(int argc, char **argv)
     RUN_TEST(looks_are_read_by_what_is_in_the_file);
     RUN_TEST(triangles_are_as_many_as_asked_for);
     RUN_TEST(what_is_lost_is_named);
+    RUN_TEST(what_has_no_solid_is_refused);
     RUN_TEST(distant_meshes_keep_their_digits);
     RUN_TEST(what_is_whole_gives_no_warning);
     RUN_TEST(odd_files_are_read);

@@ -564,7 +564,7 @@ bool outer_skin_find(const float *positions, const uint32_t *indices, size_t tri
     if (fine) {
         keep_open_body(&f);
         drop_specks(&f);
-        fine = note_hollow(&f) && emit(&f);
+        fine = (skin->open || note_hollow(&f)) && emit(&f); /* parts of an open body are turned later: it may not be hollow then */
     }
     free(f.areas);
     free(f.seen);
