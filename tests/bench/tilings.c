@@ -644,10 +644,22 @@ static int points_of_wall(const springls_walls *walls, int one, int other, doubl
     return count;
 }
 
-/* Measures of a double bubble, summed over several looks. */
-typedef struct bubble { double angle, radius[3], volume[2], pressure[2]; } bubble;
+/* Measures of a double bubble, summed over several looks, and of its volumes, over all steps between them. */
+typedef struct bubble { double angle, radius[3], missing[2], missing2[2], pressure[2]; } bubble;
 
-static void add_bubble(springls_tiling *tiling, const springls_tiling_hold *held, bubble *sum)
+/* Adds what the volumes miss of their targets, %, and the pressures. */
+static void add_held(const springls_tiling_hold *held, bubble *sum)
+{
+    int i;
+    for (i = 0; i < 2; i++) {
+        const double missing = 100.0 * (held[i].volume / held[i].target - 1.0);
+        sum->missing[i] += missing;
+        sum->missing2[i] += missing * missing;
+        sum->pressure[i] += held[i].pressure;
+    }
+}
+
+static void add_bubble(springls_tiling *tiling, bubble *sum)
 {
     static double points[3 * MOST_POINTS];
     const double degree = 57.295779513082320877;
@@ -660,15 +672,14 @@ static void add_bubble(springls_tiling *tiling, const springls_tiling_hold *held
     difference(center[0], center[1], d);
     sum->angle += 180.0 - degree * acos((radius[0] * radius[0] + radius[1] * radius[1] - dot(d, d)) / (2.0 * radius[0] * radius[1]));
     for (i = 0; i < 3; i++) sum->radius[i] += radius[i];
-    for (i = 0; i < 2; i++) sum->volume[i] += held[i].volume;
-    for (i = 0; i < 2; i++) sum->pressure[i] += held[i].pressure;
     springls_walls_free(tiling, &walls);
 }
 
 /* A ball cut in two by a plane at an offset from its center relaxes. */
 static void double_bubble(FILE *file, double offset)
 {
-    enum { GRID = 40, STEPS = 400, LOOKS = 10 };
+    enum { GRID = 40, STEPS = 600, LOOKS = 20, BETWEEN = 10 };
+    const double last = (double)(BETWEEN * LOOKS);
     cut_ball ball = cut_ball_of(GRID), part[2];
     springls_desc desc = springls_default_desc();
     springls_tiling_step_desc step = springls_default_tiling_step_desc();
@@ -697,15 +708,16 @@ static void double_bubble(FILE *file, double offset)
     step.dt = 0.5f;
     for (i = 0; i < STEPS; i++) {
         check(springls_tiling_step(tiling, &step, NULL), tiling);
-        if (i >= STEPS - 10 * LOOKS && i % 10 == 9) add_bubble(tiling, held, &b);
+        if (i >= STEPS - BETWEEN * LOOKS) add_held(held, &b);
+        if (i >= STEPS - BETWEEN * LOOKS && i % BETWEEN == BETWEEN - 1) add_bubble(tiling, &b);
     }
     for (i = 0; i < 3; i++) b.radius[i] /= (double)LOOKS;
     fprintf(file, "| %.0f : %.0f | %.2f | %.3f, %.3f |", held[0].target, held[1].target, b.angle / (double)LOOKS, b.radius[0], b.radius[1]);
     if (offset == 0.0) fprintf(file, " %.3f | flat |", cbrt(held[0].target * 8.0 / (9.0 * 3.14159265358979323846)));
     else fprintf(file, " - | %.2f, by the others %.2f |", b.radius[2], 1.0 / (1.0 / b.radius[1] - 1.0 / b.radius[0]));
-    fprintf(file, " %+.3f, %+.3f | %.4f, %.4f | %.4f, %.4f | %.1f |\n", 100.0 * (b.volume[0] / (double)LOOKS / held[0].target - 1.0),
-            100.0 * (b.volume[1] / (double)LOOKS / held[1].target - 1.0), b.pressure[0] / (double)LOOKS, b.pressure[1] / (double)LOOKS,
-            2.0 / b.radius[0], 2.0 / b.radius[1], seconds() - begin);
+    fprintf(file, " %+.3f, %+.3f | %.3f, %.3f | %.4f, %.4f | %.4f, %.4f | %.1f |\n", b.missing[0] / last, b.missing[1] / last,
+            sqrt(b.missing2[0] / last), sqrt(b.missing2[1] / last), b.pressure[0] / last, b.pressure[1] / last, 2.0 / b.radius[0],
+            2.0 / b.radius[1], seconds() - begin);
     springls_tiling_destroy(tiling);
 }
 
@@ -906,13 +918,13 @@ static void bubbles(FILE *file)
 {
     fprintf(
         file,
-        "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 400 steps under surface tension, "
-        "with both volumes held; means over the last 100. It is not at rest then: the "
-        "angle falls on. The angle where\n"
+        "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 600 steps under surface tension, "
+        "with both volumes held; means over the last 200. The angle where\n"
         "the walls meet is that between spheres that fit the two outer walls; the third wall's "
-        "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R.\n\n"
-        "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | Pressures | 2 / R | Seconds |\n"
-        "|---|---|---|---|---|---|---|---|---|\n");
+        "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R. Volumes: what they miss in the mean, and the rms "
+        "of single steps, which mirroring and resampling move.\n\n"
+        "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | rms, %% | Pressures | 2 / R | Seconds |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n");
     double_bubble(file, 0.0);
     double_bubble(file, 3.0);
 }
