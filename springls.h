@@ -365,7 +365,7 @@
 
    Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
    sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
-   OpenCL device from a copy of the model, and kept until the model changes. It takes up to twice as long as that of the zero level, and
+   OpenCL device from a copy of the model, and kept until the model changes. It takes some 1.3 times as long as that of the zero level, and
    until springls_destroy some 8 KB for each brick that is active or beside one. springls_closest, springls_raycast and
    springls_sample_inside follow the same mesh, of which a call with few of them makes no more than it needs: of a ball of 17,600 springls a
    pick takes 2.5 ms. springls_chunks cut it by bricks: a published vertex stays until its edge, face or cell of the grid has it more than
