@@ -64,7 +64,8 @@ float register_normalized(float value, struct register_window window)
     return fmaxf(0.0f, fminf(1.0f, (value - window.low) / (window.high - window.low)));
 }
 
-/* Values on the fixed image's grid, normalized, over the voxels that both maps bring into the moving image; NaN elsewhere. */
+/* Values on the fixed image's grid, normalized, over the voxels that the map brings into the moving image, and with_before those that the
+ * headers alone bring there too; NaN elsewhere. */
 struct compared {
     float *fixed, *before, *after;
 };
@@ -76,7 +77,7 @@ static void compared_free(struct compared *c)
     free(c->after);
 }
 
-static bool compared_make(const struct run *run, struct compared *c)
+static bool compared_make(const struct run *run, bool with_before, struct compared *c)
 {
     const size_t total = volume_voxels(&run->fixed);
     struct register_window fixed, moving;
@@ -89,7 +90,7 @@ static bool compared_make(const struct run *run, struct compared *c)
     }
     register_windows(run, &fixed, &moving);
     for (size_t n = 0; n < total; ++n) {
-        const bool known = isfinite(run->fixed.data[n]) && isfinite(run->unmoved[n]) && isfinite(run->warped[n]);
+        const bool known = isfinite(run->fixed.data[n]) && isfinite(run->warped[n]) && (!with_before || isfinite(run->unmoved[n]));
         c->fixed[n] = known ? register_normalized(run->fixed.data[n], fixed) : NAN;
         c->before[n] = known ? register_normalized(run->unmoved[n], moving) : NAN;
         c->after[n] = known ? register_normalized(run->warped[n], moving) : NAN;
@@ -97,22 +98,34 @@ static bool compared_make(const struct run *run, struct compared *c)
     return true;
 }
 
-/* Compares before and after over the same voxels. NaN where they are few. */
-static bool compare_images(struct run *run)
+/* Measures how far the images agree over the voxels of a comparison; NaN where they are few. */
+static void measure_agreement(const struct run *run, const float *fixed, const float *moved, double *correlation, double *information)
 {
     const size_t total = volume_voxels(&run->fixed);
     size_t common = 0;
+    *correlation = relation_correlation(fixed, moved, total, &common);
+    *information = relation_mutual_information(fixed, moved, total);
+    if ((double)common < register_min_voxels(&run->fixed, &run->moving)) {
+        *correlation = *information = (double)NAN;
+    }
+}
+
+/* Compares before and after over the same voxels; where those are few, after alone over its own: before is NaN then. */
+static bool compare_images(struct run *run)
+{
+    const size_t total = volume_voxels(&run->fixed);
     struct compared c;
-    if (!compared_make(run, &c)) {
+    if (!compared_make(run, true, &c)) {
         return false;
     }
-    run->correlation_before = relation_correlation(c.fixed, c.before, total, &common);
-    run->correlation_after = relation_correlation(c.fixed, c.after, total, &common);
-    run->information_before = relation_mutual_information(c.fixed, c.before, total);
-    run->information_after = relation_mutual_information(c.fixed, c.after, total);
-    if ((double)common < register_min_voxels(&run->fixed, &run->moving)) {
-        run->correlation_before = run->correlation_after = run->information_before = run->information_after = (double)NAN;
+    measure_agreement(run, c.fixed, c.before, &run->correlation_before, &run->information_before);
+    if (isnan(run->correlation_before)) {
+        compared_free(&c);
+        if (!compared_make(run, false, &c)) {
+            return false;
+        }
     }
+    measure_agreement(run, c.fixed, c.after, &run->correlation_after, &run->information_after);
     if (run->registration.relation.kind != RELATION_SAME || run->field_path) {
         relation_choose(c.fixed, c.after, total, &run->relation);
     }
@@ -295,6 +308,9 @@ bool register_is_trusted(const struct run *run)
                                                                  : run->relation.explained;
     if (is_mirrored(run) || is_worse(run)) {
         return false;
+    }
+    if (!run->field_path && isnan(run->correlation_after)) {
+        return register_fail("the result is not to be trusted: it brings too few voxels into the moving image to compare the two");
     }
     if (!run->field_path && explained < unrelated) {
         return register_fail("the result is not to be trusted: the images have hardly anything in common (correlation %.3f, mutual "

@@ -12,6 +12,7 @@
 #include "base/progress.h"
 #include "springls/run_options.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -144,8 +145,13 @@ static void print_summary(const struct run *run)
     } else {
         printf("difference (RMS, range 0..1) %.4f, no overlap before; %.1f s\n", run->rms_after, run->seconds);
     }
-    printf("correlation %.3f before, %.3f after; mutual information %.3f and %.3f bits%s\n", run->correlation_before,
-           run->correlation_after, run->information_before, run->information_after, how_compared(run));
+    if (isnan(run->correlation_before)) {
+        printf("correlation %.3f after; mutual information %.3f bits%s\n", run->correlation_after, run->information_after,
+               how_compared(run));
+    } else {
+        printf("correlation %.3f before, %.3f after; mutual information %.3f and %.3f bits%s\n", run->correlation_before,
+               run->correlation_after, run->information_before, run->information_after, how_compared(run));
+    }
     printf("smallest Jacobian %.3f; inverse of forward: mean %.4f mm, largest %.3f mm\n", (double)run->min_jacobian,
            run->inverse_error.mean, run->inverse_error.max);
     if (run->folded > 0) {

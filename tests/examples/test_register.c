@@ -764,6 +764,46 @@ TEST poor_results_are_reported(void)
     PASS();
 }
 
+/* Compares two images whose headers place them far from each other, over the voxels that a map brings together. Returns whether that is
+ * trusted. */
+static bool is_trusted_from_afar(const struct scene *scene, bool related, struct run *run)
+{
+    const double there[3][4] = {{1.0, 0.0, 0.0, 1e4}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}};
+    struct volume far_away = scene->fixed, placed;
+    struct field field;
+    memcpy(far_away.affine, scene->fixed.affine, sizeof far_away.affine);
+    far_away.affine[0][3] += there[0][3];
+    if (!begin_run(scene, run) || !volume_create_padded(&far_away, 0, &placed) || !field_create(&scene->fixed, &field)) return false;
+    for (size_t n = 0; n < volume_voxels(&placed); ++n)
+        placed.data[n] = related ? scene->fixed.data[n] : (float)((n * 2654435761u >> 8) % 1000);
+    placed.minimum = 0.0f;
+    placed.maximum = 1000.0f;
+    volume_free(&run->moving);
+    run->moving = placed;
+    run->fixed_labels_path = run->moving_labels_path = NULL;
+    field_sample(affine_map, there, &field);
+    if (!take_field(run, &field, "far.nii.gz") || !register_measure(run)) return false;
+    run->field_path = NULL; /* fields of files are not judged */
+    return register_is_trusted(run);
+}
+
+/* Where the headers let the images lie apart there is nothing to compare before; after is compared all the same. */
+TEST images_from_afar_are_compared_after(void)
+{
+    struct scene scene;
+    struct run run;
+    ASSERT(make_scene(&scene));
+    ASSERT(is_trusted_from_afar(&scene, true, &run));
+    ASSERT(isnan(run.correlation_before));
+    ASSERT(run.correlation_after > 0.999);
+    register_free(&run);
+    ASSERT(!is_trusted_from_afar(&scene, false, &run));
+    ASSERT(run.correlation_after < 0.1);
+    register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
 /* A map that leads out of the moving image is refused before anything is compared or printed. */
 TEST maps_to_nowhere_are_refused(void)
 {
@@ -911,6 +951,7 @@ int main(int argc, char **argv)
     RUN_TEST(labels_of_other_grids_are_refused);
     RUN_TEST(unreadable_points_and_meshes_are_refused);
     RUN_TEST(poor_results_are_reported);
+    RUN_TEST(images_from_afar_are_compared_after);
     RUN_TEST(maps_to_nowhere_are_refused);
     RUN_TEST(missing_labels_are_refused_before_the_work);
     RUN_TEST(landmarks_are_read_or_refused);
