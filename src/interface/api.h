@@ -65,7 +65,7 @@
 extern "C" {
 #endif
 
-/* The functions follow by topic; the manual's chapter CORE has the twenty to begin with.
+/* The functions follow by topic; the manual's chapter CORE has the twenty-one to begin with.
 
    These rules hold for every declaration below; the comments name only what differs.
 

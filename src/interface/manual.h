@@ -56,10 +56,11 @@
 
    CORE
 
-   Twenty functions, of which most programs are made; examples/recipes/core.c calls each, and docs/recipes.md shows it. All else follows
-   in the interface by topic.
+   Twenty-one functions, of which most programs are made; examples/recipes/core.c calls each, and docs/recipes.md shows it. All else
+   follows in the interface by topic.
 
-     a model       springls_default_desc, springls_create, springls_destroy; springls_last_error: why a call has failed
+     a model       springls_default_desc, springls_create, springls_destroy; springls_create_error: why none was made;
+                   springls_last_error: why a later call has failed
      parameters    springls_get_params, springls_set_params
      input         springls_set_mesh, springls_set_level_set, springls_set_implicit
      motion        springls_default_forces, springls_default_step_desc, springls_step
