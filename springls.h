@@ -9408,7 +9408,7 @@ SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, s
                                                  springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
-    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */
+    const float least = 0.3f; /* of the radius: nearer springls lie on each other, and those of the set are enough */
     int i, k;
     samples->count = 0;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
@@ -28889,12 +28889,13 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
 }
 
 /* ======== >>vertex_material  (src/output/vertex_material.h) ==================================================== */
-/* vertex_material.h - finds the springls and the correspondences of vertices that lie close to each other, with the bits of
-   springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
+/* vertex_material.h - finds the correspondences of vertices that lie close to each other, with the bits of springls__correspondence_at, and
+   their nearest springls, with those of springls__nearest_springl, unless they are known: several vertices at once, over one list of
+   springls. */
 
 enum { SPRINGLS__VERTEX_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-#define SPRINGLS__CLOSE 11.0f /* voxels: how far vertices that share a list may lie from each other along an axis */
+enum { SPRINGLS__CLOSE = 11 }; /* voxels: how far vertices that share a list may lie from each other along an axis */
 
 /* The springls that may count for some of the vertices, in the order of the cells, and in `list` the numbers of those that may
    count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
@@ -28980,7 +28981,7 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
 /* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* SPRINGLS__CLOSE, and one more */
+    enum { SIDE = SPRINGLS__CLOSE / 2 + 1, CELLS = SIDE * SIDE * SIDE };
     int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
     for (pass = 0; pass < 2; pass++) {
@@ -29162,7 +29163,7 @@ SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates
     return springls__vec_add(a, sum);
 }
 
-/* Finds the correspondences of the vertices of a group that have a springl. */
+/* Finds the correspondences of the vertices of a group; those of vertices without a springl mean nothing. */
 SPRINGLS__FN void springls__write_group(springls__candidates *c, const springls__vertex_group *group, springls__v3 a[SPRINGLS__LANES])
 {
     const springls__vec3 found = springls__group_correspondences(c, group);
@@ -29187,6 +29188,12 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
 }
 
 /* ---- vertices whose springls are known ---- */
+
+/* Returns the springl of a vertex with normal n: the one it has, or the nearest that faces the same way; -1: none. */
+SPRINGLS__FN int springls__springl_of_place(const springls__model *model, springls__v3 x, springls__v3 n, int springl)
+{
+    return springl >= 0 ? springl : springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+}
 
 /* Gives up to LANES vertices the candidates that are their springls; -1: none. Returns whether all are listed. */
 SPRINGLS__FN bool springls__match_springls(const springls__candidates *c, const int *springl, const uint16_t *number, int count,
@@ -29253,7 +29260,7 @@ SPRINGLS__FN int springls__count_close(const springls__v3 *x, int count)
         springls__v3 size;
         box = springls__box_add(box, x[i]);
         size = springls__sub(box.upper, box.lower);
-        if (springls__max(springls__max(size.x, size.y), size.z) > SPRINGLS__CLOSE) break;
+        if (springls__max(springls__max(size.x, size.y), size.z) > (float)SPRINGLS__CLOSE) break;
     }
     return i;
 }
@@ -29380,7 +29387,8 @@ typedef struct springls__contour_vertex {
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
    vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
-   (springls__evidence_of); constant: the slot of the grid that has it for all of them, or -1. */
+   (springls__evidence_of); constant: SPRINGLS__INSIDE or SPRINGLS__OUTSIDE if the grid had that for all of them,
+   or -1. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
@@ -29966,6 +29974,7 @@ SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_c
     for (axis = 0; axis < 3; axis++) made.at.at[axis] = (table[brick].origin[axis] + ctx->window.offset[axis]) / SPRINGLS__BRICK;
     made.chunk = springls__chunk_of_place(ctx, made.at.at);
     made.table = brick;
+    made.constant = -1;
     made.vertices = c->of_table[brick];
     made.triangles = table[brick].triangles;
     return made;
@@ -30141,8 +30150,7 @@ SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, 
         for (i = 0; i < count; i++) {
             const springls__contour_vertex *v = vertex + used[first + i];
             x[i] = v->x;
-            springl[i] = springls__springl_of_vertex(&ctx->model, v);
-            if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+            springl[i] = springls__springl_of_place(&ctx->model, v->x, v->n, springls__springl_of_vertex(&ctx->model, v));
         }
         springls__correspond(&ctx->model, candidates, x, springl, count, a);
         for (i = 0; i < count; i++) springls__write_chunk_material(ctx, chunk, first + i, x[i], springl[i], a[i]);
@@ -34260,8 +34268,7 @@ SPRINGLS__FN void springls__contour_material_work(void *arg, int begin, int end,
     const springls__model *model = (const springls__model *)arg;
     const springls__v3 *x = springls__surface_positions(model), *n = springls__vertex_gradient(model);
     int *springl = springls__vertex_springl(model), i;
-    for (i = begin; i < end; i++)
-        if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(model, x[i], n[i], SPRINGLS__MATERIAL_RADIUS);
+    for (i = begin; i < end; i++) springl[i] = springls__springl_of_place(model, x[i], n[i], springl[i]);
     springls__correspond(model, (springls__candidates *)(void *)memory, x + begin, springl + begin, end - begin,
                          springls__vertex_correspondence(model) + begin);
 }
@@ -43042,7 +43049,7 @@ static const char *const springls__kernel_lines[] = {
     "                                                 springls__sample_set *samples)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);\n",
-    "    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */\n",
+    "    const float least = 0.3f; /* of the radius: nearer springls lie on each other, and those of the set are enough */\n",
     "    int i, k;\n",
     "    samples->count = 0;\n",
     "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
@@ -49548,7 +49555,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49552 \"springls.h\"\n",
+    "#line 49559 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -54835,15 +54842,22 @@ SPRINGLS__TILINGS_API springls_status springls_tiling_restore(springls_tiling *t
 
 /* ======== >>body_memory  (src/tiling/body_memory.h) ============================================================ */
 /* body_memory.h - memory that bodies do not keep between steps. What only stages use is given back when a body has made its own step, so
-   that all bodies need it once for each thread, and copies of bodies as they were when the step has ended. A model with a backend keeps
-   its memory, which the device knows by its place. */
+   that all bodies need it once for each thread, and copies of bodies as they were when the step has ended. The bodies of a tiling with a
+   backend keep their memory, which the device knows by its place; also when the device is lost, since going back to the copies that they
+   keep (springls__back_up) then takes the room that is there. */
 
-/* Gives back the working memory of a model's stages. */
-SPRINGLS__FN void springls__release_work(springls_context *ctx)
+/* Returns whether a body may give memory back: not in the middle of an update of chunks that its caller has begun. */
+SPRINGLS__FN bool springls__may_release(const springls_tiling *tiling, const springls_context *ctx)
+{
+    return !tiling->backend && !ctx->step.active;
+}
+
+/* Gives back the working memory of a body's stages, and its springls' own surface where that is out of date. */
+SPRINGLS__FN void springls__release_work(const springls_tiling *tiling, springls_context *ctx)
 {
     const uint64_t work = SPRINGLS__WORK_BITS & ~(SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS)); /* those two are reserved for good */
     int i;
-    if (ctx->backend) return;
+    if (!springls__may_release(tiling, ctx)) return;
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++)
         if (springls__has_array(work, i)) springls__buffer_free(ctx, &ctx->memory[i]);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
@@ -54868,14 +54882,15 @@ SPRINGLS__FN void springls__fit_array(springls_context *ctx, springls__array arr
     buffer->bytes = wanted;
 }
 
-/* Gives back what a body keeps for a step alone, and the room of springls that it has no longer: initial springls are many. */
-SPRINGLS__FN void springls__fit_body(springls__tiling_body *body)
+/* Gives back what a body keeps for a step alone, and the room in the arrays of the set and of the search for springls that it has no
+   longer: initial springls are many. */
+SPRINGLS__FN void springls__fit_body(const springls_tiling *tiling, springls__tiling_body *body)
 {
     springls_context *ctx = body->ctx;
     int i;
     springls__buffer_free(ctx, &body->backup);
-    springls__release_work(ctx);
-    if (ctx->backend) return;
+    springls__release_work(tiling, ctx);
+    if (!springls__may_release(tiling, ctx)) return;
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++)
         if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, i))
             springls__fit_array(ctx, (springls__array)i, (size_t)ctx->model.set.count);
@@ -54886,7 +54901,7 @@ SPRINGLS__FN void springls__fit_bodies(springls_tiling *tiling)
 {
     int i;
     for (i = 0; i < tiling->count; i++)
-        if (tiling->body[i].rest.looks || tiling->body[i].backup.bytes) springls__fit_body(&tiling->body[i]);
+        if (tiling->body[i].rest.looks || tiling->body[i].backup.bytes) springls__fit_body(tiling, &tiling->body[i]);
 }
 
 /* ======== >>decode  (src/tiling/decode.h) ====================================================================== */
@@ -56401,7 +56416,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
     SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
     SPRINGLS__TRY(springls__finish_step(body->ctx));
-    springls__release_work(body->ctx);
+    springls__release_work(tiling, body->ctx);
     return springls__body_to_host(tiling, body, NULL);
 }
 

@@ -352,7 +352,7 @@ SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, s
                                                  springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
-    const float least = 0.3f; /* springls that lie on each other: those of the set are enough */
+    const float least = 0.3f; /* of the radius: nearer springls lie on each other, and those of the set are enough */
     int i, k;
     samples->count = 0;
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {

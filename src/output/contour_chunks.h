@@ -29,7 +29,8 @@ typedef struct springls__contour_vertex {
 /* A brick of a published contour. at: its place on the lattice; chunk: that of the chunk with its triangles, another one at the border of
    the grid; table: its number in the table; the complement of its number in the published contour where it is kept; changed: whether a
    vertex of it is; beside_changed: whether one of the bricks around is, or it itself. evidence: phi of its voxels
-   (springls__evidence_of); constant: the slot of the grid that has it for all of them, or -1. */
+   (springls__evidence_of); constant: SPRINGLS__INSIDE or SPRINGLS__OUTSIDE if the grid had that for all of them,
+   or -1. */
 typedef struct springls__contour_brick {
     springls__lattice_brick at, chunk;
     springls__brick_signature signature;
@@ -615,6 +616,7 @@ SPRINGLS__FN springls__contour_brick springls__contour_brick_of(const springls_c
     for (axis = 0; axis < 3; axis++) made.at.at[axis] = (table[brick].origin[axis] + ctx->window.offset[axis]) / SPRINGLS__BRICK;
     made.chunk = springls__chunk_of_place(ctx, made.at.at);
     made.table = brick;
+    made.constant = -1;
     made.vertices = c->of_table[brick];
     made.triangles = table[brick].triangles;
     return made;
@@ -790,8 +792,7 @@ SPRINGLS__FN void springls__write_contour_material(const springls_context *ctx, 
         for (i = 0; i < count; i++) {
             const springls__contour_vertex *v = vertex + used[first + i];
             x[i] = v->x;
-            springl[i] = springls__springl_of_vertex(&ctx->model, v);
-            if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(&ctx->model, v->x, v->n, SPRINGLS__MATERIAL_RADIUS);
+            springl[i] = springls__springl_of_place(&ctx->model, v->x, v->n, springls__springl_of_vertex(&ctx->model, v));
         }
         springls__correspond(&ctx->model, candidates, x, springl, count, a);
         for (i = 0; i < count; i++) springls__write_chunk_material(ctx, chunk, first + i, x[i], springl[i], a[i]);

@@ -114,8 +114,7 @@ SPRINGLS__FN void springls__contour_material_work(void *arg, int begin, int end,
     const springls__model *model = (const springls__model *)arg;
     const springls__v3 *x = springls__surface_positions(model), *n = springls__vertex_gradient(model);
     int *springl = springls__vertex_springl(model), i;
-    for (i = begin; i < end; i++)
-        if (springl[i] < 0) springl[i] = springls__nearest_springl_facing(model, x[i], n[i], SPRINGLS__MATERIAL_RADIUS);
+    for (i = begin; i < end; i++) springl[i] = springls__springl_of_place(model, x[i], n[i], springl[i]);
     springls__correspond(model, (springls__candidates *)(void *)memory, x + begin, springl + begin, end - begin,
                          springls__vertex_correspondence(model) + begin);
 }

@@ -1,5 +1,6 @@
-/* vertex_material.h - finds the springls and the correspondences of vertices that lie close to each other, with the bits of
-   springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
+/* vertex_material.h - finds the correspondences of vertices that lie close to each other, with the bits of springls__correspondence_at, and
+   their nearest springls, with those of springls__nearest_springl, unless they are known: several vertices at once, over one list of
+   springls. */
 #ifndef SPRINGLS__OUTPUT_VERTEX_MATERIAL_H
 #define SPRINGLS__OUTPUT_VERTEX_MATERIAL_H
 
@@ -9,7 +10,7 @@
 
 enum { SPRINGLS__VERTEX_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-#define SPRINGLS__CLOSE 11.0f /* voxels: how far vertices that share a list may lie from each other along an axis */
+enum { SPRINGLS__CLOSE = 11 }; /* voxels: how far vertices that share a list may lie from each other along an axis */
 
 /* The springls that may count for some of the vertices, in the order of the cells, and in `list` the numbers of those that may
    count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
@@ -95,7 +96,7 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
 /* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* SPRINGLS__CLOSE, and one more */
+    enum { SIDE = SPRINGLS__CLOSE / 2 + 1, CELLS = SIDE * SIDE * SIDE };
     int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
     for (pass = 0; pass < 2; pass++) {
@@ -277,7 +278,7 @@ SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates
     return springls__vec_add(a, sum);
 }
 
-/* Finds the correspondences of the vertices of a group that have a springl. */
+/* Finds the correspondences of the vertices of a group; those of vertices without a springl mean nothing. */
 SPRINGLS__FN void springls__write_group(springls__candidates *c, const springls__vertex_group *group, springls__v3 a[SPRINGLS__LANES])
 {
     const springls__vec3 found = springls__group_correspondences(c, group);
@@ -302,6 +303,12 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
 }
 
 /* ---- vertices whose springls are known ---- */
+
+/* Returns the springl of a vertex with normal n: the one it has, or the nearest that faces the same way; -1: none. */
+SPRINGLS__FN int springls__springl_of_place(const springls__model *model, springls__v3 x, springls__v3 n, int springl)
+{
+    return springl >= 0 ? springl : springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+}
 
 /* Gives up to LANES vertices the candidates that are their springls; -1: none. Returns whether all are listed. */
 SPRINGLS__FN bool springls__match_springls(const springls__candidates *c, const int *springl, const uint16_t *number, int count,
@@ -368,7 +375,7 @@ SPRINGLS__FN int springls__count_close(const springls__v3 *x, int count)
         springls__v3 size;
         box = springls__box_add(box, x[i]);
         size = springls__sub(box.upper, box.lower);
-        if (springls__max(springls__max(size.x, size.y), size.z) > SPRINGLS__CLOSE) break;
+        if (springls__max(springls__max(size.x, size.y), size.z) > (float)SPRINGLS__CLOSE) break;
     }
     return i;
 }

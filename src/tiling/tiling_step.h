@@ -219,7 +219,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
     SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
     SPRINGLS__TRY(springls__finish_step(body->ctx));
-    springls__release_work(body->ctx);
+    springls__release_work(tiling, body->ctx);
     return springls__body_to_host(tiling, body, NULL);
 }
 

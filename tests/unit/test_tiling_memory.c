@@ -227,8 +227,8 @@ static springls_status call_of(springls_tiling *tiling, int call)
     }
 }
 
-/* Makes a tiling that has moved, and lets allocation number k of a call fail. *failed: it did. */
-static greatest_test_res starve(int call, int k, bool *failed)
+/* Makes a tiling that has moved, and lets allocation number k of a call fail, or all from there on. *failed: it did. */
+static greatest_test_res starve(int call, int k, bool for_good, bool *failed)
 {
     fixture_heap heap;
     springls_desc desc = fixture_desc(BALL, NULL);
@@ -238,6 +238,7 @@ static greatest_test_res starve(int call, int k, bool *failed)
     uint64_t before;
     int i;
     desc.allocator = fixture_allocator(&heap);
+    heap.fail_on = for_good;
     if (call == CALL_tiling_create) heap.fail_at = k;
     status = springls_tiling_create(&desc, &tiling);
     step.velocity = swirl;
@@ -270,7 +271,8 @@ TEST allocations_may_fail(int call)
     bool failed = true;
     int k, total = 0;
     for (k = 0; failed; k += k < 4 || call == CALL_tiling_step || call == CALL_tiling_create ? 1 : 37) {
-        CHECK_CALL(starve(call, k, &failed));
+        CHECK_CALL(starve(call, k, true, &failed));
+        CHECK_CALL(starve(call, k, false, &failed));
         total += failed;
     }
     if (GREATEST_IS_VERBOSE()) printf("  %d\n", total);
