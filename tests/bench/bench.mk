@@ -111,7 +111,7 @@ ablation: deps-examples   ## what each improvement over the paper is worth on Le
 	@$(MAKE) --no-print-directory build/bench/ablation
 	@build/bench/ablation
 
-tilings: deps-examples   ## many bodies in one space: walls in a flow beside exact ones, cost, octants, wedges, pressure, double bubbles, balls that meet (PAGE=docs/tilings.md; ONLY=cells; FULL=1: 1,000 balls too)
+tilings: deps-examples   ## many bodies in one space: walls in a flow beside exact ones, cost, octants, wedges, pressure, double bubbles, balls that meet (PAGE=docs/tilings.md; or ONLY=cells, printed; FULL=1: 1,000 balls too)
 	@$(MAKE) --no-print-directory build/bench/tilings
 	@build/bench/tilings $(PAGE)
 

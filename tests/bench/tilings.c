@@ -1,7 +1,7 @@
 /* tilings [PAGE] - many bodies in one space: two half-balls in LeVeque's flow beside their exact wall, what that and more bodies cost
    beside one model, eight octants, wedges alone, sheets under pressure, double bubbles, and balls that grow until they meet.
-   Writes a page of Markdown, ONLY=NAME one section of it, FULL=1 a row of a thousand balls too. Times are the processor's; one thread,
-   where nothing else is said. */
+   Writes a page of Markdown; ONLY=NAME prints one section of it, FULL=1 adds a row of a thousand balls. Times are the processor's; one
+   thread, where nothing else is said. */
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include "springls.h"
 
@@ -869,9 +869,10 @@ static void cells(FILE *file)
     compared other = { 0.0, 0.0, 0.0 };
     fprintf(
         file,
-        "\n## Cells\n\nA flow step of a ball in cells, on a grid of 96^3, beside one model of the whole ball: seconds for the same "
-        "area of walls. Memory\nbetween steps beside that of two bodies, and that for the same area of walls, and the most in a step, "
-        "which keeps a copy of all bodies.\nWhere others use the machine too, ratios of so short runs vary by a third.\n\n"
+        "\n## Cells\n\nA ball cut into cells takes 24 steps of the flow, on a grid of 96^3. Area: of all walls, in squared voxels. "
+        "Times one model: the time of\na step for each squared voxel of wall, beside that of one model of the whole ball. MiB: the memory "
+        "between steps; beside that of two\nbodies, and the same for each squared voxel of wall. MiB in a step: the most, since a step "
+        "keeps a copy of the bodies. Where others use\nthe machine too, ratios of such short runs vary by a third.\n\n"
         "| Bodies | Area | Step, ms | Times one model | MiB | Times two bodies | For the same area | MiB in a step |\n"
         "|---|---|---|---|---|---|---|---|\n");
     equal_area(file, 0, &other);
@@ -886,7 +887,7 @@ static void eight_octants(FILE *file)
         file,
         "\n## Eight octants\n\n"
         "The ball in eight, by three planes, in the flow: the four walls on one plane. Missing: places of all four, and of the "
-        "worst, without their wall within 4 voxels.\n\n| Grid | T | When | Wall: mean | Missing, %% | Of the worst, %% |\n"
+        "worst,\nwithout their wall within 4 voxels.\n\n| Grid | T | When | Wall: mean | Missing, %% | Of the worst, %% |\n"
         "|---|---|---|---|---|---|\n");
     octants(file, 64, 1.5, 96);
     octants(file, 96, 2.5, 240);
@@ -899,7 +900,7 @@ static void wedges(FILE *file)
         file,
         "\n## A wedge alone\n\n"
         "Each half of the ball as a model of its own in the flow with T = 2.5, with and without `keep_edges`. Beyond: springls more "
-        "than a voxel off their own correspondence in the end.\n\n| Grid | Half | Edges | Volume, %% | Beyond, %% |\n"
+        "than\na voxel off their own correspondence in the end.\n\n| Grid | Half | Edges | Volume, %% | Beyond, %% |\n"
         "|---|---|---|---|---|\n");
     for (i = 0; i < 4; i++) wedge(file, 96, 240, i & 1 ? -1 : 1, i < 2);
 }
@@ -910,7 +911,7 @@ static void sheets(FILE *file)
         file,
         "\n## Sheets under pressure\n\n"
         "The wall between two halves of a ball is pushed to and fro by a tenth of a voxel a step, 16 steps each way. "
-        "Gaps between its two sheets, voxels.\n\n| Steps | Mean | rms | Largest |\n|---|---|---|---|\n");
+        "Gaps\nbetween its two sheets, voxels.\n\n| Steps | Mean | rms | Largest |\n|---|---|---|---|\n");
     pressed(file);
 }
 
@@ -919,10 +920,9 @@ static void bubbles(FILE *file)
     fprintf(
         file,
         "\n## Double bubbles\n\nA ball of radius 9 on a grid of 40^3, cut by a plane, relaxes for 600 steps under surface tension, "
-        "with both volumes held; means over the last 200. The angle where\n"
-        "the walls meet is that between spheres that fit the two outer walls; the third wall's "
-        "radius is 1 / (1 / R2 - 1 / R1). By Laplace's law\na pressure is 2 / R. Volumes: what they miss in the mean, and the rms "
-        "of single steps, which mirroring and resampling move.\n\n"
+        "with both volumes held;\nmeans over the last 200. The angle where the walls meet is that between spheres that fit the two outer "
+        "walls; the third wall's radius is\n1 / (1 / R2 - 1 / R1). By Laplace's law a pressure is 2 / R. Volumes: what they miss in the "
+        "mean, and the rms of single steps, which\nmirroring and resampling move.\n\n"
         "| Volumes | Angle (120) | Radii | Exact | Third wall | Volumes, %% | rms, %% | Pressures | 2 / R | Seconds |\n"
         "|---|---|---|---|---|---|---|---|---|---|\n");
     double_bubble(file, 0.0);
@@ -945,18 +945,38 @@ static void balls_that_meet(FILE *file)
     if (full && full[0] == '1') growing_balls(file, MOST_BALLS, 192, 2);
 }
 
-/* The sections of the page: ONLY=NAME writes one. */
+/* The sections of the page: ONLY=NAME prints one. */
 typedef struct section { const char *name; void (*write)(FILE *file); } section;
 
 static const section sections[] = { { "walls", walls_and_cost }, { "cells", cells },     { "octants", eight_octants },
                                     { "wedges", wedges },        { "sheets", sheets },   { "bubbles", bubbles },
                                     { "balls", balls_that_meet } };
 
+enum { SECTIONS = sizeof sections / sizeof *sections };
+
+/* Prints the section of a name. Returns the exit status. */
+static int print_section(const char *name)
+{
+    int i;
+    for (i = 0; i < SECTIONS; i++)
+        if (strcmp(name, sections[i].name) == 0) return (sections[i].write)(stdout), 0;
+    fprintf(stderr, "tilings: no section %s; there are", name);
+    for (i = 0; i < SECTIONS; i++) fprintf(stderr, " %s", sections[i].name);
+    fprintf(stderr, "\n");
+    return 2;
+}
+
 int main(int argc, char **argv)
 {
-    FILE *file = argc > 1 ? fopen(argv[1], "w") : stdout;
     const char *only = getenv("ONLY"), *full = getenv("FULL");
-    size_t i;
+    FILE *file;
+    int i;
+    if (only && only[0]) {
+        if (argc == 1) return print_section(only);
+        fprintf(stderr, "tilings: ONLY prints a part of the page: leave out ONLY or PAGE\n");
+        return 2;
+    }
+    file = argc > 1 ? fopen(argv[1], "w") : stdout;
     if (!file) {
         fprintf(stderr, "tilings: cannot write %s\n", argv[1]);
         return 1;
@@ -965,7 +985,6 @@ int main(int argc, char **argv)
             "<!-- written by: make tilings%s PAGE=docs/tilings.md -->\n\n# Many bodies in one space\n\n"
             "The interface is `springls_tiling` (the manual in `springls.h`, MANY BODIES).\n",
             full && full[0] == '1' ? " FULL=1" : "");
-    for (i = 0; i < sizeof sections / sizeof *sections; i++)
-        if (!only || !only[0] || strcmp(only, sections[i].name) == 0) (sections[i].write)(file);
+    for (i = 0; i < SECTIONS; i++) (sections[i].write)(file);
     return file == stdout || fclose(file) == 0 ? 0 : 1;
 }
