@@ -587,8 +587,10 @@
      joining        bodies that share a wall become one where film says so, or by springls_tiling_join
      neighbours     pairs that have come to share a wall, or do so no more, are reported: the T1 changes of a foam
      vanishing      a body of which no voxel is left is removed, though it has thin sheets still, and reported
-     failures       of memory too, leave the tiling as it was before the step: a step keeps a copy of the models, a third of their size
-     memory         of stages is given back after each body's step, so that all bodies need it once for each thread
+     failures       of memory too, leave the tiling as it was before the step. For that a step keeps a copy of the bodies, which takes
+                    about a third of the memory that they hold
+     memory         in which stages work is freed as soon as a body has made its step: there is as much of it as threads need, however
+                    many bodies there are
 
    Callbacks are asked for both sides of a wall: give both the same velocity, and pressures of opposite sign. Two sheets are twice as many
    springls as one: the halves of a ball take about four times as long as the ball. Bodies are worked on side by side with tasks.
