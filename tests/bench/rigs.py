@@ -380,8 +380,8 @@ def main():
           f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped;\n"
           f"{both} vertices with more than .2 of weight on both sides away from the plane of symmetry")
     for template, some in bodies.items():
-        print("each joint moved by its mean error in the other families, %ss: mean %.1f %%, as they are %.1f %%"
-              % (template, *reversed(leave_one_out(some))))
+        print("errors of joints, %ss: mean %.1f %%; with each joint moved by its mean offset in the other families %.1f %%"
+              % (template, *leave_one_out(some)))
     if settings.plot and points:
         plot(settings.plot, points)
     return 1 if failed else 0
