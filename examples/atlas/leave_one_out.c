@@ -3,7 +3,7 @@
  * Registrations to the templates, and with --profiles correspondences, are made once for all subjects, since those of one
  * subject do not depend on the others. What is learned over subjects is learned without the one that is left out: mean, modes,
  * profiles and votes without that subject, corrections without the fifth of the subjects that it belongs to. A subject that is
- * a template itself is segmented by the other templates. One thing remains: the surface of the first subject is where the
+ * a template itself is segmented by the other templates; without others its votes are not measured. One thing remains: the surface of the first subject is where the
  * atlas's vertices come from. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -251,33 +251,50 @@ static const char *const names[TABLE] = {"start", "pose", "modes", "springls on 
 static int first_column(const struct trial *trial) { return trial->settings->profiles ? 0 : ATLAS_STAGES; }
 
 struct table {
-    struct atlas_stage *cells; /* TABLE a subject */
-    double *labels;            /* Dice of each label by votes, trial_labels a subject; NaN: neither has it */
-    double *seconds;           /* of the segmentation by votes */
+    struct atlas_stage *cells; /* TABLE a subject; NaN where it was not measured */
+    double *labels;            /* Dice of each label by votes, trial_labels a subject; NaN: neither has it, or not measured */
+    double *seconds;           /* of the segmentation by votes; NaN where there was none */
     int *subjects;
     int count;
 };
 
 static int trial_labels(const struct trial *trial) { return trial->build.atlas.templates[0].label_count; }
 
-/* Leaves out one subject: stages start, pose, modes, springls by profiles, then registration, fusion, springls by votes. */
+/* Marks a subject's segmentation by votes as not measured. */
+static void clear_votes(struct atlas_stage cells[TABLE], double *labels, int label_count, double *seconds)
+{
+    for (int c = ATLAS_STAGES; c < TABLE; ++c) {
+        cells[c].dice = cells[c].mean_distance = cells[c].hd95 = cells[c].volume_ratio = (double)NAN;
+    }
+    for (int l = 0; l < label_count; ++l) {
+        labels[l] = (double)NAN;
+    }
+    *seconds = (double)NAN;
+}
+
+/* Leaves out one subject: stages start, pose, modes, springls by profiles, then registration, fusion, springls by votes, which
+ * are not measured where no template is left. */
 static bool leave_out(const struct trial *trial, int subject, struct atlas_stage cells[TABLE], double *labels, double *seconds)
 {
     struct atlas_build others;
     struct atlas_stage by_votes[ATLAS_STAGES];
     double by_profiles = 0.0;
+    clear_votes(cells, labels, trial_labels(trial), seconds);
     bool good = make_atlas(trial, subject, &others)
-             && (!trial->settings->profiles || segment(trial, subject, "profiles", &others.atlas, cells, NULL, &by_profiles))
-             && segment(trial, subject, "auto", &others.atlas, by_votes, labels, seconds);
-    if (good) {
+             && (!trial->settings->profiles || segment(trial, subject, "profiles", &others.atlas, cells, NULL, &by_profiles));
+    if (good && others.atlas.template_count == 0) {
+        fprintf(stderr, "atlas: %s: not measured by votes: it is the only template (see --templates)\n", trial->paths[subject]);
+    } else if (good) {
+        good = segment(trial, subject, "auto", &others.atlas, by_votes, labels, seconds);
         memcpy(cells + ATLAS_STAGES, by_votes + 1, (ATLAS_STAGES - 1) * sizeof *cells);
     }
     free_atlas(&others);
     return good;
 }
 
-/* One column over the subjects. */
+/* One column over the subjects that were measured. */
 struct column {
+    int count;
     double dice, worst, distance, hd95, volume, volume_low, volume_high;
 };
 
@@ -285,12 +302,18 @@ static struct column summarize(const struct table *table, int c)
 {
     struct column sum = {.worst = INFINITY, .volume_low = INFINITY};
     for (int s = 0; s < table->count; ++s) {
+        sum.count += !isnan(table->cells[s * TABLE + c].dice);
+    }
+    for (int s = 0; s < table->count; ++s) {
         const struct atlas_stage *cell = &table->cells[s * TABLE + c];
-        sum.dice += cell->dice / table->count;
+        if (isnan(cell->dice)) {
+            continue;
+        }
+        sum.dice += cell->dice / sum.count;
         sum.worst = fmin(sum.worst, cell->dice);
-        sum.distance += cell->mean_distance / table->count;
-        sum.hd95 += cell->hd95 / table->count;
-        sum.volume += cell->volume_ratio / table->count;
+        sum.distance += cell->mean_distance / sum.count;
+        sum.hd95 += cell->hd95 / sum.count;
+        sum.volume += cell->volume_ratio / sum.count;
         sum.volume_low = fmin(sum.volume_low, cell->volume_ratio);
         sum.volume_high = fmax(sum.volume_high, cell->volume_ratio);
     }
@@ -321,17 +344,26 @@ static void print_labels(const struct trial *trial, const struct table *table)
 static void print_table(const struct trial *trial, const struct table *table)
 {
     double mean = 0.0, longest = 0.0;
+    int measured = 0; /* in the end by votes */
     printf("%-20s  %6s %6s  %8s %7s  %s\n", "stage", "Dice", "worst", "mean mm", "HD95", "volume ratio");
     for (int c = first_column(trial); c < TABLE; ++c) {
         const struct column sum = summarize(table, c);
+        measured = sum.count;
+        if (measured == 0) {
+            printf("%-20s  not measured\n", names[c]);
+            continue;
+        }
         printf("%-20s  %.4f %.4f  %8.3f %7.3f  %.3f (%.3f to %.3f)\n", names[c], sum.dice, sum.worst, sum.distance, sum.hd95,
                sum.volume, sum.volume_low, sum.volume_high);
     }
     for (int s = 0; s < table->count; ++s) {
-        mean += table->seconds[s] / table->count;
-        longest = fmax(longest, table->seconds[s]);
+        mean += isnan(table->seconds[s]) ? 0.0 : table->seconds[s] / measured;
+        longest = fmax(longest, table->seconds[s]); /* which leaves out NaN */
     }
     print_labels(trial, table);
+    if (measured < table->count) {
+        printf("%d of %d subjects measured by votes\n", measured, table->count);
+    }
     printf("%d subjects, %.1f s each by votes, at most %.1f s, %d threads\n", table->count, mean, longest, threads_count());
 }
 
@@ -380,9 +412,15 @@ static void print_subject(const struct trial *trial, const struct table *table, 
     printf("%s:", strrchr(trial->paths[table->subjects[row]], '/') + 1);
     for (int c = first_column(trial); c < TABLE; ++c) {
         const struct atlas_stage *cell = &table->cells[row * TABLE + c];
-        printf("  %s %.3f (%.3f)", names[c], cell->dice, cell->volume_ratio);
+        if (!isnan(cell->dice)) {
+            printf("  %s %.3f (%.3f)", names[c], cell->dice, cell->volume_ratio);
+        }
     }
-    printf(", %.1f s\n", table->seconds[row]);
+    if (isnan(table->seconds[row])) {
+        printf("  not measured by votes\n");
+    } else {
+        printf(", %.1f s\n", table->seconds[row]);
+    }
     fflush(stdout);
 }
 
