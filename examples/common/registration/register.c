@@ -387,7 +387,7 @@ static void run_forces_loop(void *arg, int begin, int end)
 /* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`; exp_v is exp(+-v):
  *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2 + noise_gradient^2),   J = (grad still + grad warped) / 2
  * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest), each product and square summed over the channels.
- * Returns the mean squared difference. */
+ * Returns the mean squared difference, NaN where no voxel counts. */
 static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
 {
     const float damping = 1.0f / (4.0f * longest * longest);
@@ -399,7 +399,7 @@ static double add_forces(const struct demons *d, const float *still, bool still_
         sum += d->slices[2 * k];
         number += d->slices[2 * k + 1];
     }
-    return number > 0.0 ? sum / number : 0.0;
+    return number > 0.0 ? sum / number : (double)NAN;
 }
 
 static void warp_channels(const struct demons *d, const float *image)
@@ -409,7 +409,11 @@ static void warp_channels(const struct demons *d, const float *image)
     }
 }
 
-/* Updates v <- G_velocity * (v + G_update * (u_forward - u_back) / 2); computes the mean squared difference before it. */
+/* Returns the mean of the differences of both sides; where no voxel counts on one, the other's. */
+static double mean_difference(double a, double b) { return isnan(a) ? b : isnan(b) ? a : 0.5 * (a + b); }
+
+/* Updates v <- G_velocity * (v + G_update * (u_forward - u_back) / 2); computes the mean squared difference before it, NaN where no
+ * voxel counts: v stays. */
 static bool iterate(struct demons *d, const struct register_settings *set, double *difference)
 {
     const float half = set->one_sided ? 1.0f : 0.5f;
@@ -420,7 +424,10 @@ static bool iterate(struct demons *d, const struct register_settings *set, doubl
     if (!set->one_sided) {
         vgrid_exp(d->dims, d->v, -1.0f, iterating_step, d->exp_v, d->scratch);
         warp_channels(d, d->fixed);
-        *difference = 0.5 * (*difference + add_forces(d, d->moving, true, set->longest_update, -half));
+        *difference = mean_difference(*difference, add_forces(d, d->moving, true, set->longest_update, -half));
+    }
+    if (isnan(*difference)) {
+        return true;
     }
     if (*difference < d->least) {
         d->least = *difference;
@@ -446,7 +453,7 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
             return false;
         }
         level->start = level->iterations == 0 ? difference : level->start;
-        if (difference == 0.0) { /* an image and itself */
+        if (isnan(difference) || difference == 0.0) { /* nothing to compare, or an image and itself */
             break;
         }
         if (level->iterations >= PATIENCE && difference > (1.0 - (double)min_gain) * *slot) {
@@ -454,8 +461,8 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
         }
         *slot = difference;
     }
+    level->end = isfinite(d->least) ? d->least : (double)NAN;
     if (isfinite(d->least)) {
-        level->end = d->least;
         memcpy(d->v, d->best, 3 * d->total * sizeof *d->v);
     }
     return true;
