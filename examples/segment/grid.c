@@ -14,8 +14,10 @@
 enum { MIN_CELLS = 24 };
 
 /* Bytes for each cell face between the inside and the outside of the window, measured on brains and bones of 0.9 to 100 million cells.
- * A start from the threshold has springls on all of them, a contour from elsewhere only on those of its object. */
-static const double face_bytes = 1100.0, reached = 0.5;
+ * A start from the threshold has springls on all of them, also on those of noise. A contour from elsewhere has them on those of its
+ * object, and curvature keeps it from folding around each voxel: at most so many bytes for each cell of the grid, measured on uniform
+ * noise and on a chest. */
+static const double face_bytes = 1100.0, reached = 0.5, reached_cell_bytes = 64.0;
 static const double program = 10.0; /* MiB: the program itself, which counts in small images */
 
 static float longest_side(const struct volume *image)
@@ -75,7 +77,10 @@ static double window_area(const struct segment *run)
     return largest;
 }
 
-/* Estimates the memory that a run on cells of this side takes beside the image, MiB. area: by window_area. */
+/* Returns what is there already: the program and the image, MiB. */
+static double memory_here(const struct segment *run) { return program + (double)run->voxels * sizeof(float) / (1024.0 * 1024.0); }
+
+/* Estimates the memory that a run on cells of this side takes in all, MiB. area: by window_area. */
 static double memory_for(const struct segment *run, double area, double side)
 {
     const struct segment_settings *set = &run->settings;
@@ -85,8 +90,9 @@ static double memory_for(const struct segment *run, double area, double side)
     }
     const double arrays = 2.0 + (set->region > 0.0 ? 2.0 : set->edge > 0.0 ? 1.0 : 0.0) + (set->stay > 0.0 ? 2.0 : 0.0)
                         + (set->gvf > 0.0 ? 6.0 : 0.0) + (set->object_count > 1 ? 2.0 : 0.0) + (set->reference ? 2.0 : 0.0);
-    const double springls = (strcmp(set->init, "threshold") == 0 ? 1.0 : reached) * face_bytes * area / (side * side);
-    return (arrays * sizeof(float) * (double)run->voxels + sizeof(float) * cells + springls) / (1024.0 * 1024.0);
+    const double faces = face_bytes * area / (side * side);
+    const double springls = strcmp(set->init, "threshold") == 0 ? faces : fmin(reached * faces, reached_cell_bytes * cells);
+    return memory_here(run) + (arrays * sizeof(float) * (double)run->voxels + sizeof(float) * cells + springls) / (1024.0 * 1024.0);
 }
 
 void segment_choose_side(struct segment *run)
@@ -94,20 +100,19 @@ void segment_choose_side(struct segment *run)
     const float *spacing = run->image.spacing;
     const int grid = run->settings.common.grid;
     const double own = cbrt((double)(spacing[0] * spacing[1] * spacing[2])), there_is = free_memory_mib(), area = window_area(run);
-    const double image = (double)run->voxels * sizeof(float) / (1024.0 * 1024.0); /* is there already */
     double side = grid > 0 ? (double)longest_side(&run->image) / grid : own;
     const double most = (double)longest_side(&run->image) / (2.0 * MIN_CELLS);
-    while (grid == 0 && there_is > 0.0 && memory_for(run, area, side) > there_is && side < most) {
+    while (grid == 0 && there_is > 0.0 && memory_for(run, area, side) > memory_here(run) + there_is && side < most) {
         side *= 1.25;
     }
     run->side = (float)side;
     if (cli_may_print(&run->settings.common)) {
         if (side > own && grid == 0) {
-            printf("note: cells of the image's %.3g mm would take about %.0f MiB, and %.0f are free: --grid decides otherwise\n",
+            printf("note: cells of the image's %.3g mm would take about %.0f MiB in all, and %.0f are free: --grid decides otherwise\n",
                    own, memory_for(run, area, own), there_is);
         }
         printf("grid: cells of %.3g mm, %.0f along the longest side; about %.0f MiB\n", side,
-               (double)longest_side(&run->image) / side, program + image + memory_for(run, area, side));
+               (double)longest_side(&run->image) / side, memory_for(run, area, side));
     }
 }
 
