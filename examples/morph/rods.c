@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define THIN 0.87f     /* voxels: radius of a rod along a bone at least: half a voxel's diagonal, so that voxels all along it are inside */
 #define THICK 1.5f     /* voxels: radius of a rod at most; thin_places.h leaves no limb thinner */
 #define NEARBY 3.0f    /* voxels: what is inside within this distance has its middle taken */
 #define SECTION 0.87f  /* voxels: half the thickness of a cross-section, so that each has voxels all over it */
@@ -253,7 +254,7 @@ void morph_add_rods(const struct morph *morph, float part, float *phi)
         float ends[2][3], radii[2];
         if (!pose_rod(morph, &morph->rods.places[n], part, ends, radii)) { continue; }
         const bool along = is_along_bone(morph, &morph->rods.places[n]);
-        for (int k = 0; along && k < 2; ++k) { radii[k] = radii[k] > 0.0f ? fmaxf(radii[k], SECTION) : 0.0f; }
+        for (int k = 0; along && k < 2; ++k) { radii[k] = radii[k] > 0.0f ? fmaxf(radii[k], THIN) : 0.0f; }
         const float left = along ? 1.0f : fminf(1.0f, FADE * (1.0f - part));
         if (left * radii[0] > 0.0f && left * radii[1] > 0.0f) {
             morph_add_rod(morph->grid.size, phi, ends[0], ends[1], left * radii[0], left * radii[1]);

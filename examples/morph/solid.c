@@ -59,10 +59,6 @@ static const char *limb_at(const struct morph *morph, const struct character *c,
     return joint < skeleton->joint_count ? skeleton->joints[joint].name : "without a bone";
 }
 
-#define GAP 1.5f        /* voxels: a bone that is outside for longer leaves the body... */
-#define DETOUR 4.0f     /* ...and what it enters then is another part of the limb if the body leads there by a way so many times as long */
-#define GAP_RADIUS 1.0f /* voxel */
-
 /* ---- sheets ---- */
 
 /* Prints on stderr what happens to sheets. */
@@ -143,32 +139,54 @@ static unsigned char *mark_bones(const struct morph *morph, const struct solid_g
 
 /* ---- gaps ---- */
 
-/* Finds whether a voxel is reached from another one within the body in so many steps. Returns -1 if memory is short. */
-static int is_reached(const struct solid_grid *grid, const float *phi, int from, int to, int steps)
+#define GAP 1.5f        /* voxels: a bone that is outside for longer leaves the body... */
+#define DETOUR 4.0f     /* ...and what it enters then is another part of the limb if the body leads there by a way so many times as long */
+#define GAP_RADIUS 1.0f /* voxel */
+
+/* What a search within the body needs; a gap's search leaves it as it was. */
+struct search {
+    int *queue;          /* a voxel each */
+    unsigned char *seen; /* 0 */
+};
+
+/* Adds the neighbours of a voxel that are inside and not seen yet. Returns how many voxels the queue has. */
+static int add_neighbors(const struct solid_grid *grid, const float *phi, int voxel, const struct search *search, int end)
 {
-    const int *size = grid->size, count = size[0] * size[1] * size[2];
-    int *queue = malloc((size_t)count * sizeof *queue), end = 0, ring_end = 1, found = -1;
-    unsigned char *seen = calloc((size_t)count, 1);
-    if (queue && seen) {
-        queue[end++] = from;
-        seen[from] = 1;
-        for (int done = 0; done < end && steps >= 0 && !seen[to]; ++done) {
-            if (done == ring_end) {
-                ring_end = end;
-                --steps;
-            }
-            for (int k = 0; k < 27 && steps > 0; ++k) {
-                const int next = queue[done] + k % 3 - 1 + size[0] * (k / 3 % 3 - 1 + size[1] * (k / 9 - 1));
-                if (next >= 0 && next < count && !seen[next] && phi[next] < 0.0f) {
-                    seen[next] = 1;
-                    queue[end++] = next;
+    const int *size = grid->size, at[3] = {voxel % size[0], voxel / size[0] % size[1], voxel / (size[0] * size[1])};
+    int lo[3], hi[3];
+    for (int k = 0; k < 3; ++k) {
+        lo[k] = at[k] > 0 ? at[k] - 1 : 0;
+        hi[k] = at[k] + 1 < size[k] ? at[k] + 1 : at[k];
+    }
+    for (int z = lo[2]; z <= hi[2]; ++z) {
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+            for (int x = lo[0]; x <= hi[0]; ++x) {
+                const int next = (z * size[1] + y) * size[0] + x;
+                if (!search->seen[next] && phi[next] < 0.0f) {
+                    search->seen[next] = 1;
+                    search->queue[end++] = next;
                 }
             }
         }
-        found = seen[to];
     }
-    free(queue);
-    free(seen);
+    return end;
+}
+
+/* Finds whether a voxel is reached from another one within the body in so many steps. */
+static bool is_reached(const struct solid_grid *grid, const float *phi, int from, int to, int steps, const struct search *search)
+{
+    int end = 0;
+    search->queue[end++] = from;
+    search->seen[from] = 1;
+    for (int done = 0, ring_end = 1; done < end && steps > 0 && !search->seen[to]; ++done) {
+        if (done == ring_end) {
+            ring_end = end;
+            if (--steps == 0) { break; }
+        }
+        end = add_neighbors(grid, phi, search->queue[done], search, end);
+    }
+    const bool found = search->seen[to] != 0;
+    for (int n = 0; n < end; ++n) { search->seen[search->queue[n]] = 0; }
     return found;
 }
 
@@ -185,8 +203,8 @@ struct inside {
 
 /* Walks along a bone and joins what it leaves with what it enters, unless the body itself leads there by no great detour. above: of the
  * walk down to its joint; where that was never inside, the first place inside on this bone, for others that begin there. */
-static bool join_along(const struct solid_grid *grid, float *phi, const float from[3], const float to[3], struct inside *above,
-                       struct inside *below)
+static void join_along(const struct solid_grid *grid, float *phi, const float from[3], const float to[3], const struct search *search,
+                       struct inside *above, struct inside *below)
 {
     float way[3], gap[3], place[3];
     *below = *above;
@@ -200,23 +218,25 @@ static bool join_along(const struct solid_grid *grid, float *phi, const float fr
         vec3_sub(place, below->place, gap);
         if (below->known && vec3_length(gap) > GAP) {
             const int detour = (int)(DETOUR * vec3_length(gap)), before = voxel_at(grid->size, below->place);
-            const int reached = is_reached(grid, phi, before, voxel_at(grid->size, place), detour);
-            if (reached < 0) { return false; }
-            if (reached == 0) { morph_add_rod(grid->size, phi, below->place, place, GAP_RADIUS, GAP_RADIUS); }
+            if (!is_reached(grid, phi, before, voxel_at(grid->size, place), detour, search)) {
+                morph_add_rod(grid->size, phi, below->place, place, GAP_RADIUS, GAP_RADIUS);
+            }
         }
         below->known = true;
         memcpy(below->place, place, sizeof place);
         if (!above->known) { *above = *below; }
     }
-    return true;
 }
 
-/* Joins the parts of limbs along the bones of the skeleton that both bodies are on. */
+/* Joins the parts of limbs along the bones of the skeleton that both bodies are on, however far apart: a bone says what belongs
+ * together, so that --reach does not limit it. */
 static bool join_gaps(const struct morph *morph, const struct solid_grid *grid, float *phi)
 {
     const struct character *c = &morph->target.character;
+    const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
     struct inside *inside = calloc((size_t)c->joint_count + 1, sizeof *inside);
-    bool good = inside != NULL;
+    const struct search search = {malloc(count * sizeof *search.queue), calloc(count, 1)};
+    const bool good = inside && search.queue && search.seen;
     for (int j = 0; good && j < c->joint_count; ++j) { /* parents first */
         const int up = c->joints[j].parent;
         float from[3], to[3];
@@ -225,9 +245,11 @@ static bool join_gaps(const struct morph *morph, const struct solid_grid *grid, 
         joint_place(&c->joints[j], to);
         morph_to_voxel(&morph->grid, from, from);
         morph_to_voxel(&morph->grid, to, to);
-        good = join_along(grid, phi, from, to, &inside[up], &inside[j]);
+        join_along(grid, phi, from, to, &search, &inside[up], &inside[j]);
     }
     free(inside);
+    free(search.queue);
+    free(search.seen);
     return good || morph_no_memory();
 }
 
