@@ -87,7 +87,7 @@ static bool bind_part(struct reader *r, const struct scene_part *part)
     const struct scene_bone *anchor = find_anchor(r, part);
     if (!anchor) { return part->bone_count == 0; }
     const struct affine *place = r->bound[anchor->node] ? &joints[anchor->node].neutral : &r->rest[anchor->node];
-    const struct affine in_part = affine_inverse(&anchor->offset), back = affine_inverse(&in_part), to_world = affine_after(place, &back);
+    const struct affine to_world = affine_after(place, &anchor->offset);
     for (int b = 0; b < part->bone_count; ++b) {
         const int node = part->bones[b].node;
         if (r->bound[node]) { continue; }
