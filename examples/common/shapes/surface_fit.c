@@ -408,11 +408,11 @@ static bool solve(struct warp *warp, const struct constraint *constraints)
 {
     const int n = warp->count;
     const size_t square = (size_t)n * (size_t)n;
-    double *inverse = malloc((2 * square + 4 * (size_t)n + 1) * sizeof *inverse), *capacity = inverse + square;
-    double *wanted = capacity + square, *along = wanted + 3 * n;
+    double *inverse = malloc((2 * square + 4 * (size_t)n + 1) * sizeof *inverse);
     if (!inverse) {
         return false;
     }
+    double *capacity = inverse + square, *wanted = capacity + square, *along = wanted + 3 * n;
     bool good = invert_isotropic(warp, constraints, inverse);
     for (int a = 0; a < n; ++a) {
         memcpy(wanted + 3 * a, constraints[a].displacement, sizeof constraints[a].displacement);
