@@ -380,6 +380,8 @@ def main():
           f"worst joint within 8 % in {sum(w <= 8 for w in worsts)}; {swaps} joints with sides swapped;\n"
           f"{both} vertices with more than .2 of weight on both sides away from the plane of symmetry")
     for template, some in bodies.items():
+        if len({kind for kind, _ in some}) < 2:  # no other family to learn from
+            continue
         print("errors of joints, %ss: mean %.1f %%; with each joint moved by its mean offset in the other families %.1f %%"
               % (template, *leave_one_out(some)))
     if settings.plot and points:
