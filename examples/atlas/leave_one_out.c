@@ -3,8 +3,8 @@
  * Registrations to the templates, and with --profiles correspondences, are made once for all subjects, since those of one
  * subject do not depend on the others. What is learned over subjects is learned without the one that is left out: mean, modes,
  * profiles and votes without that subject, corrections without the fifth of the subjects that it belongs to. A subject that is
- * a template itself is segmented by the other templates; without others its votes are not measured. One thing remains: the surface of the first subject is where the
- * atlas's vertices come from. */
+ * a template itself is segmented by the other templates; without others its votes are not measured. One thing remains: the
+ * surface of the first subject is where the atlas's vertices come from. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "atlas/atlas.h"
