@@ -28948,6 +28948,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
         c->height[c->count] = springls__dot(c->n[c->count], springls__sub(springls__springl_tri(*s).a, s->p));
         c->springl[c->count++] = i;
     }
+    for (i = c->count; i % SPRINGLS__LANES; i++) c->x[i] = c->y[i] = c->z[i] = c->reach[i] = 0.0f; /* lanes that are not taken */
     return true;
 }
 
@@ -49557,7 +49558,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49561 \"springls.h\"\n",
+    "#line 49562 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -61,6 +61,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
         c->height[c->count] = springls__dot(c->n[c->count], springls__sub(springls__springl_tri(*s).a, s->p));
         c->springl[c->count++] = i;
     }
+    for (i = c->count; i % SPRINGLS__LANES; i++) c->x[i] = c->y[i] = c->z[i] = c->reach[i] = 0.0f; /* lanes that are not taken */
     return true;
 }
 
