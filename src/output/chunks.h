@@ -466,7 +466,7 @@ SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, sp
     int i;
     for (i = 0; i < chunk->vertex_count; i++) {
         const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__MATERIAL_RADIUS);
-        const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
+        const springls__v3 a = springls__vertex_correspondence_at(&ctx->model, vertex[i], nearest);
         springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
     }
 }

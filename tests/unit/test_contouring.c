@@ -85,7 +85,7 @@ static int passes_through(const float *p, const float *q, const float *a, const 
     return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
 }
 
-/* Returns in which cell of a grid of 128 a triangle lies; voxels are 1 wide. */
+/* Returns in which cell of a grid of 128 a triangle lies; voxels are 1 wide. What lies beyond is of the cells at the border. */
 static int cell_of_triangle(const springls_mesh *mesh, int t)
 {
     int k, cell = 0;
@@ -94,17 +94,22 @@ static int cell_of_triangle(const springls_mesh *mesh, int t)
         double sum = 0.0;
         int i;
         for (i = 0; i < 3; i++) sum += (double)mesh->positions[3 * c[i] + k];
-        cell = 128 * cell + (int)floor(sum / 3.0) + 2;
+        cell = 128 * cell + springls__imin(springls__imax((int)floor(sum / 3.0) + 2, 0), 127);
     }
     return cell;
 }
 
-/* Returns how many triangles have a side that passes through another one of their cell. */
+/* Returns how many triangles have a side that passes through another one of their cell; -1: there is no memory to find out. */
 static int crossing_triangles(const springls_mesh *mesh)
 {
     enum { CELLS = 128 * 128 * 128 };
     int *first = (int *)malloc(CELLS * sizeof *first), *next = (int *)malloc(((size_t)mesh->triangle_count + 1) * sizeof *next);
     int t, other, k, count = 0;
+    if (!first || !next) {
+        free(first);
+        free(next);
+        return -1;
+    }
     for (k = 0; k < CELLS; k++) first[k] = -1;
     for (t = 0; t < mesh->triangle_count; t++) {
         const int cell = cell_of_triangle(mesh, t);
