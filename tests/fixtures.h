@@ -702,6 +702,7 @@ FIXTURE springls_forces fixture_forces(springls_velocity_fn velocity, void *user
     return forces;
 }
 
+/* A step in one piece, however far it moves. */
 FIXTURE springls_step_desc fixture_step(const springls_forces *forces, springls_mode mode, float dt)
 {
     springls_step_desc step;
@@ -709,6 +710,7 @@ FIXTURE springls_step_desc fixture_step(const springls_forces *forces, springls_
     step.forces = forces;
     step.mode = mode;
     step.dt = dt;
+    step.max_displacement = -1.0f;
     return step;
 }
 

@@ -321,7 +321,7 @@ class Model:
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
         >>> ball.write(0, ball.vertices() + 0.5, ball.particles() + 0.5)
-        >>> ball.step(max_displacement=0)
+        >>> ball.step()
         >>> ball.extract_mesh().positions.mean(axis=0).round(1).tolist()
         [16.5, 16.5, 16.5]
         """
@@ -359,9 +359,12 @@ class Model:
 
     # ---- motion ----
 
-    def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
+    def step(self, dt=0, max_displacement=0, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
              curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', voxel_units=False, region=None):
-        """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
+        """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement`).
+
+        max_displacement: voxels; `dt` is divided into sub-steps in which no point moves further. 0: what suits the parameters, two
+        voxels with the default set; negative: never divided.
 
         velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,),
         affine(points, correspondences, time) -> (n, 3, 4):
@@ -389,7 +392,7 @@ class Model:
         stop_at_rest: ends when hardly a springl moves."""
         self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
-    def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
+    def _drive(self, call, dt=0, max_displacement=0, velocity=None, pressure=None, affine=None, velocity_field=None,
                pressure_field=None, curvature=0, mode='fluid', integrator='rk4', voxel_units=False, region=None, **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature

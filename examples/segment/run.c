@@ -141,7 +141,7 @@ static bool run_to_rest(struct segment *run, int level, struct progress *bar)
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = (float)set->speed; /* a force of 1 moves by this many voxels */
     const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
-    step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; slower steps need no check of speeds */
+    step.max_displacement = fastest > 0.75f ? 0.75f : -1.0f; /* cut into sub-steps; slower steps need no check of speeds */
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
     result->at_rest = false;

@@ -33,6 +33,7 @@ bool track_move(struct track *track, int frame, const struct track_motion *motio
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_ELASTIC;
     step.dt = 1.0f;
+    step.max_displacement = -1.0f;
     step.one_to_one = true;
     snprintf(doing, sizeof doing, "motion to frame %d", frame);
     for (int s = 0; good && s < steps; ++s) {

@@ -43,7 +43,10 @@ export interface StepOptions {
   pressure?: Pressure;
   /** Motion by this times the sum of both principal curvatures, squared world units a unit of time: positive smooths. */
   curvature?: number;
-  /** Voxels: dt is divided into sub-steps in which no particle moves further; 2. 0: it is not divided. */
+  /**
+   * Voxels: dt is divided into sub-steps in which no particle moves further. 0: what suits the parameters, 2 with the default set;
+   * negative: never divided.
+   */
   maxDisplacement?: number;
   mode?: 'fluid' | 'elastic' | 'advect_only';
 }

@@ -204,7 +204,7 @@ class Model {
 
   step(options = {}) {
     checkKeys(options, STEP_OPTIONS, 'step');
-    const {dt = 0, velocity, pressure, curvature = 0, maxDisplacement = 2, mode = 'fluid'} = options;
+    const {dt = 0, velocity, pressure, curvature = 0, maxDisplacement = 0, mode = 'fluid'} = options;
     for (const [name, value] of Object.entries({velocity, pressure})) {
       if (value !== undefined && value !== null) checkFunction(value, `step: ${name}`);
     }

@@ -519,15 +519,16 @@ typedef enum springls_mode {
     SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
-/* Describes a step. Zero all of it, set forces, and dt or max_displacement. All zero: no time passes, and phi follows the
-   springls that springls_write has moved. */
+/* Describes a step. Zero all of it, then set forces and dt. All zero: no time passes, and phi follows the springls that springls_write
+   has moved. */
 typedef struct springls_step_desc {
     const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
-    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
-                               default parameters, 1.3 gives their best accuracy, 0.5 suits the paper's. 0: dt is never
-                               divided, and a dt of 0 means d_max                                                   */
+    float max_displacement; /* voxels, 0.001 or more: dt is divided into sub-steps in which no particle moves further. 0: what suits
+                               the parameters, 2 with carry_level_set, as in the default set, else d_max, as in the paper's. 1.3
+                               gives the default set's best accuracy. Negative: dt is never divided, as for displacements with
+                               SPRINGLS_INTEGRATOR_EULER; a dt of 0 is then as with 0                               */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
     bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
@@ -538,7 +539,7 @@ typedef struct springls_step_desc {
     float rest_displacement; /* voxels that count as moving, with rest_steps above 1; 0: 0.01                       */
 } springls_step_desc;
 
-/* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
+/* Returns a description of a step without forces: all zero. */
 SPRINGLS_API springls_step_desc springls_default_step_desc(void);
 
 /* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
@@ -1258,13 +1259,13 @@ typedef struct springls_tiling_step_desc {
                                         bodies do. Both all zero: everywhere; they have to be with tension or held volumes */
     bool voxel_units;                /* true: batches, velocity, pressure and region are in voxels, as with springls_forces.voxel_units */
     float dt;                        /* time to advance; 0: none passes, and the walls settle                        */
-    float max_displacement;          /* voxels; as springls_step_desc.max_displacement; 0: dt is not divided         */
+    float max_displacement;          /* voxels; as springls_step_desc.max_displacement                               */
     int wall_period;                 /* the sheets of walls are drawn together after every so many steps; 0: after every 8th with a
                                         velocity, or tension, alone, which moves both alike, else after every step    */
 } springls_tiling_step_desc;
 
 #ifndef SPRINGLS_NO_TILINGS
-/* Returns a description without forces, with max_displacement = 2. */
+/* Returns a description of a step without forces: all zero. */
 SPRINGLS_API springls_tiling_step_desc springls_default_tiling_step_desc(void);
 #endif
 

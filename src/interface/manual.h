@@ -46,8 +46,8 @@
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are of the world, speeds are
         world units a unit of time; with voxel_units both are of the lattice. Or move springls yourself: see MOTION FROM OUTSIDE.
-     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
-        like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
+     5. Zero a springls_step_desc and fill it: forces, mode, dt. dt may be as long as you like: it is divided into sub-steps of at
+        most two voxels, or of max_displacement. With dt = 0 a step is as long as that allows.
      6. springls_step or springls_run. Check the status; springls_last_error returns why a call has failed.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
         springls_closest (on the watertight surface too), springls_measure ...
@@ -99,7 +99,7 @@
    (resample_period), "-" never, "4 x" four times.
 
    SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to two
-   voxels with the default set (springls_step_desc.max_displacement = 2).
+   voxels with the default set, unless springls_step_desc.max_displacement has another number.
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
@@ -152,8 +152,8 @@
                                                    springls around it came from. If no springl is near and the surface may
                                                    have passed, the neighbouring voxels decide the side.
                                                    After a motion of more than band_half_width + 1 voxels phi is recomputed
-                                                   by unsigned_to_signed, which does not preserve topology: max_displacement
-                                                   avoids such motions
+                                                   by unsigned_to_signed, which does not preserve topology: steps that are
+                                                   divided make no such motions
                               advect               in a step, also moves springls by evolve_step lambda times the curvature, as
                                                    one iteration of eq. 23 would move phi: see CURVATURE
      evolve_iterations = 0    evolve, rebuild      left out. With a number > 0 they run after phi has been carried

@@ -102,7 +102,6 @@ SPRINGLS_API springls_step_desc springls_default_step_desc(void)
 {
     springls_step_desc step;
     memset(&step, 0, sizeof step);
-    step.max_displacement = 2.0f;
     return step;
 }
 

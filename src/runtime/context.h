@@ -211,6 +211,7 @@ typedef struct springls__stepping {
     void (*ended)(springls_context *ctx, springls_status status); /* is told its end, CANCELLED: dropped; NULL: nobody is */
     springls_step_desc desc;
     springls_forces forces;
+    float max_displacement; /* of a particle in a sub-step, voxels; FLT_MAX: dt is never divided                 */
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 if the step is not cut into sub-steps, and at its end                   */
     float longest_substep;  /* that the force permits                                                           */

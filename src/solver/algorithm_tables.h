@@ -188,12 +188,22 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
 }
 
 /* Returns the motion by eq. 22's curvature term in a sub-step, voxel^2, for springls that carry phi: as in one iteration of
-   eq. 23, but by at most half of max_displacement (0: no limit). Where they do not, evolve moves phi instead, and it is 0. */
+   eq. 23, but by at most half of max_displacement. Where they do not, evolve moves phi instead, and it is 0. */
 SPRINGLS__FN float springls__smoothing(const springls_params *params, float max_displacement)
 {
     float smoothing = params->carry_level_set ? params->evolve_step * params->curvature : 0.0f;
     float limit = 0.25f * max_displacement; /* curvature is clamped at 2 */
-    return max_displacement > 0.0f ? springls__clamp(smoothing, -limit, limit) : smoothing;
+    return springls__clamp(smoothing, -limit, limit);
+}
+
+/* Returns how far a particle may move in a sub-step of the step that is described, voxels; FLT_MAX: dt is never divided. Unless the
+   description has a number of its own, it suits the parameters: phi that is carried along is known in a band around the surface,
+   while eq. 23 finds springls again within d_max. */
+SPRINGLS__FN float springls__displacement_limit(const springls_params *params, const springls_step_desc *desc)
+{
+    if (desc->max_displacement > 0.0f) return desc->max_displacement;
+    if (desc->max_displacement < 0.0f && desc->dt > 0.0f) return FLT_MAX;
+    return params->carry_level_set ? 2.0f : params->d_max;
 }
 
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
@@ -209,7 +219,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->longest_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
-        ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
+        ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->max_displacement);
     return SPRINGLS_OK;
 }
 
@@ -221,7 +231,7 @@ SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
     const float even = 0.995f;  /* parts differ a little */
     const float enough = 0.75f; /* of max_displacement */
     const springls__motion *motion = &ctx->motion;
-    float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
+    float longest = ctx->step.max_displacement, limit = even * springls__lazy_limit(ctx), part;
     if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
     part = limit / (springls__floor(limit / longest * 0.9999f) + 1.0f);
     if (part < enough * longest || 2.0f * part * motion->turned > SPRINGLS__LAZY_TURN * motion->moved) return longest;
@@ -321,7 +331,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 /* Returns true when the length of a step's sub-steps follows from the speed of the springls. */
 SPRINGLS__FN bool springls__needs_speed(const springls_context *ctx)
 {
-    return !(ctx->step.desc.dt > 0.0f && ctx->step.desc.max_displacement == 0.0f);
+    return ctx->step.desc.dt == 0.0f || ctx->step.max_displacement < FLT_MAX;
 }
 
 /* Begins a step: as one sub-step, unless springls__cut_step finds that it is several. */
@@ -343,10 +353,10 @@ SPRINGLS__FN springls_status springls__cut_step(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     const springls_step_desc *desc = &step->desc;
-    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    float speed = 0.0f, limit = step->max_displacement;
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->expected = limit;
+        step->expected = speed > 1e-6f ? limit : 0.0f;
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }

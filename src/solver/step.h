@@ -70,6 +70,18 @@ SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
     return springls__update_outdated_components(ctx);
 }
 
+/* Fails when a description's max_displacement is not finite, or so short that it is a mistake. */
+SPRINGLS__FN springls_status springls__check_max_displacement(springls_context *ctx, const char *call, float x)
+{
+    const float least = 1e-3f;
+    if (!springls__finite((double)x))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: max_displacement is %g, not finite", call, (double)x);
+    if (x > 0.0f && x < least)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: max_displacement is %g, below a thousandth of a voxel, and not 0",
+                              call, (double)x);
+    return SPRINGLS_OK;
+}
+
 /* springls_step_begin without its warning of a region outside the grid. */
 SPRINGLS__FN springls_status springls__step_begin(springls_context *ctx, const springls_step_desc *step)
 {
@@ -77,10 +89,7 @@ SPRINGLS__FN springls_status springls__step_begin(springls_context *ctx, const s
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (!step) return springls__fail_null(ctx, "step", "the description");
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "dt", (double)step->dt));
-    SPRINGLS__TRY(springls__check_amount(ctx, "step", "max_displacement", (double)step->max_displacement));
-    if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
-                              (double)step->max_displacement);
+    SPRINGLS__TRY(springls__check_max_displacement(ctx, "step", step->max_displacement));
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
@@ -93,6 +102,7 @@ SPRINGLS__FN springls_status springls__step_begin(springls_context *ctx, const s
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
+    ctx->step.max_displacement = springls__displacement_limit(&ctx->model.params, step);
     springls__begin_step(ctx, springls__step);
     return SPRINGLS_OK;
 }

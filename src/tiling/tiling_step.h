@@ -206,7 +206,7 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     const springls_tiling_step_desc *desc = (const springls_tiling_step_desc *)arg;
     springls__tiling_push push;
     springls_forces forces = springls__tiling_forces(desc);
-    springls_step_desc step = springls_default_step_desc();
+    springls_step_desc step;
     if (body->ctx->model.set.count == 0) return SPRINGLS_OK;
     push.tiling = tiling;
     push.desc = desc;
@@ -214,9 +214,10 @@ SPRINGLS__FN springls_status springls__step_body(springls_tiling *tiling, spring
     forces.user = &push;
     if (body->rest.forced && (desc->velocity || springls__has_films(desc))) forces.velocity_batch = springls__tiling_velocity;
     if (body->rest.forced && desc->pressure) forces.pressure_batch = springls__tiling_pressure;
+    memset(&step, 0, sizeof step);
     step.forces = desc->dt > 0.0f ? &forces : NULL;
     step.dt = desc->dt;
-    step.max_displacement = desc->dt > 0.0f ? desc->max_displacement : 0.0f;
+    step.max_displacement = desc->max_displacement;
     SPRINGLS__TRY(springls__step_begin(body->ctx, &step)); /* the tiling warns of the region: once, not by each body */
     SPRINGLS__TRY(springls__finish_step(body->ctx));
     springls__release_work(tiling, body->ctx);
@@ -436,7 +437,7 @@ SPRINGLS__FN springls_status springls__check_tiling_step(springls_tiling *tiling
     const char *call = "tiling_step";
     if (!desc) return springls__fail_null(tiling->host, call, "the description");
     SPRINGLS__TRY(springls__check_amount(tiling->host, call, "dt", (double)desc->dt));
-    SPRINGLS__TRY(springls__check_amount(tiling->host, call, "max_displacement", (double)desc->max_displacement));
+    SPRINGLS__TRY(springls__check_max_displacement(tiling->host, call, desc->max_displacement));
     SPRINGLS__TRY(springls__check_box(tiling, desc));
     if (desc->wall_period < 0)
         return springls__fail(tiling->host, SPRINGLS_INVALID_ARGUMENT, "%s: wall_period is %d, not 0 or more", call, desc->wall_period);
@@ -516,7 +517,6 @@ SPRINGLS__TILINGS_API springls_tiling_step_desc springls_default_tiling_step_des
 {
     springls_tiling_step_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.max_displacement = 2.0f;
     return desc;
 }
 

@@ -248,6 +248,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     forces.curvature_weight = 1.0f;
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
+    step.max_displacement = -1.0f; /* dt is short enough */
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));

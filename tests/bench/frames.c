@@ -173,7 +173,7 @@ static springls_status run_calls(springls_context *ctx, int grid, bool material,
     const springls_chunks_desc desc = {.correspondences = material};
     struct exact_flow flow = EXACT_DEFORMATION((float)grid, 2.5f);
     springls_forces forces = {.velocity = exact_flow_velocity, .user = &flow};
-    const springls_step_desc step = {.forces = &forces};
+    const springls_step_desc step = {.forces = &forces, .max_displacement = 0.5f};
     springls_chunks *chunks;
     springls_status status = springls_chunks_create(ctx, &desc, &chunks);
     for (int i = 0; i < FLOW_STEPS && status == SPRINGLS_OK; ++i) {

@@ -444,7 +444,7 @@ static springls_status take_step(struct course *course, double time, double dt, 
     memset(&step, 0, sizeof step);
     step.forces = &course->forces;
     step.dt = (float)dt;
-    step.max_displacement = max_displacement;
+    step.max_displacement = max_displacement > 0.0f ? max_displacement : -1.0f;
     springls_set_time(course->ctx, time);
     const springls_status status = springls_step(course->ctx, &step);
     const double steps = springls_get_stats(course->ctx).steps - before;

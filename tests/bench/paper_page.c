@@ -43,7 +43,7 @@ static uint64_t small_run(const springls_params *params, int steps, float limit)
 void paper_stamp(char stamp[PAPER_STAMP])
 {
     const springls_params sets[2] = {springls_paper_params(), springls_default_params()};
-    const uint64_t states[2] = {small_run(&sets[0], 125, 0.0f), small_run(&sets[1], 24, 2.0f)};
+    const uint64_t states[2] = {small_run(&sets[0], 125, -1.0f), small_run(&sets[1], 24, 2.0f)};
     stamp[0] = '\0';
     if (states[0] != 0 && states[1] != 0) {
         snprintf(stamp, PAPER_STAMP, "paper %08x %016llx, default %08x %016llx", (unsigned)run_params_hash(&sets[0]),

@@ -265,6 +265,7 @@ FIXTURE bool report_kernels(int grid)
     desc.velocity_source = exact_flow_source();
     desc.velocity_user_bytes = sizeof flow;
     step.forces = &forces;
+    step.max_displacement = 0.5f;
     cl = report_open(&desc);
     if (!cl) return false;
     cl->ReleaseCommandQueue(cl->queue); /* for one that keeps times */

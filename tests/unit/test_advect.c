@@ -616,7 +616,7 @@ TEST bad_forces_move_nothing(void)
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_max_speed(ctx, &forces, 0.0f, &speed));
         ASSERT(strstr(springls_last_error(ctx), "max_speed: a force is NaN, or a speed is 1e9") != NULL);
         for (limit = 0; limit < 2; limit++) {
-            step.max_displacement = limit ? 1.0f : 0.0f; /* 1: the speed is measured first */
+            step.max_displacement = limit ? 1.0f : -1.0f; /* 1: the speed is measured first */
             ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_step(ctx, &step));
             ASSERT_EQ(0, strncmp(springls_last_error(ctx), limit ? "step: " : "advect: ", 6));
         }

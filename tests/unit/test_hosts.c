@@ -158,7 +158,7 @@ TEST callbacks_return_nonsense(springls_mode mode)
             springls_step_desc step = fixture_step(&forces, mode, 1.0f);
             uint64_t before = springls_state_hash(ctx);
             springls_status status;
-            step.max_displacement = v % 2 ? 2.0f : 0.0f;
+            step.max_displacement = v % 2 ? 2.0f : -1.0f;
             status = springls_step(ctx, &step);
             if (!isfinite(values[v])) ASSERT_STATUS(SPRINGLS_NON_FINITE, status);
             if (status == SPRINGLS_NON_FINITE || status == SPRINGLS_INVALID_ARGUMENT) {
@@ -483,7 +483,7 @@ TEST steps_of_any_length(springls_mode mode, int paper)
             uint64_t before = springls_state_hash(ctx);
             springls_status status;
             int i;
-            step.max_displacement = divided ? 2.0f : 0.0f;
+            step.max_displacement = divided ? 0.0f : -1.0f;
             for (i = 0; i < 3; i++) {
                 status = springls_step(ctx, &step);
                 if (status == SPRINGLS_INVALID_ARGUMENT && i == 0) ASSERT(before == springls_state_hash(ctx));

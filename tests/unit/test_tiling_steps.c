@@ -74,6 +74,42 @@ TEST walls_stay_closed(void)
     PASS();
 }
 
+/* Moves the halves of a ball far in one step, zeroed but for velocity, dt and max_displacement. *sub_steps: of each body. */
+static springls_status swirl_once(float max_displacement, uint64_t *hash, int *sub_steps)
+{
+    springls_tiling *tiling = tiling_of_size(BALL + 4, NULL);
+    springls_tiling_step_desc step;
+    springls_status status = set_two_halves(tiling, 7.0f);
+    memset(&step, 0, sizeof step);
+    step.velocity = swirl;
+    step.dt = 1.0f;
+    step.max_displacement = max_displacement;
+    if (status == SPRINGLS_OK) status = springls_tiling_step(tiling, &step, NULL);
+    *hash = springls_tiling_state_hash(tiling);
+    *sub_steps = springls_get_stats(springls_tiling_body(tiling, 4)).steps;
+    springls_tiling_destroy(tiling);
+    return status;
+}
+
+/* Zero divides dt by two voxels, to the same bits; a negative number never divides it; what is no number is refused. */
+TEST zeroed_steps_are_divided(void)
+{
+    uint64_t zeroed, given, undivided, none;
+    int parts, given_parts, whole;
+    ASSERT_OK(swirl_once(0.0f, &zeroed, &parts));
+    ASSERT_OK(swirl_once(2.0f, &given, &given_parts));
+    ASSERT_OK(swirl_once(-1.0f, &undivided, &whole));
+    ASSERT_GT(parts, 1);
+    ASSERT_EQ(given_parts, parts);
+    ASSERT(zeroed == given);
+    ASSERT_EQ(1, whole);
+    ASSERT(undivided != zeroed);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, swirl_once((float)NAN, &none, &parts));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, swirl_once(-INFINITY, &none, &parts));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, swirl_once(1e-4f, &none, &parts));
+    PASS();
+}
+
 /* Pushes outwards what faces label 0. */
 static void grow(void *user, const springls_tiling_batch *batch, float *out)
 {
@@ -1438,6 +1474,7 @@ int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
     RUN_TEST(walls_stay_closed);
+    RUN_TEST(zeroed_steps_are_divided);
     RUN_TEST(backends_have_the_same_bits);
     RUN_TEST(bodies_meet);
     RUN_TEST(bodies_meet_askew);

@@ -222,7 +222,7 @@ static int take_steps(struct run *run)
     memset(&step, 0, sizeof step);
     step.forces = &forces;
     step.dt = (float)(b->duration / calls);
-    step.max_displacement = b->steps > 0 ? 0.0f : 2.0f;
+    step.max_displacement = b->steps > 0 ? -1.0f : 2.0f;
     if (!report_frame(run, 0.0)) {
         return fail(run, "picture");
     }
