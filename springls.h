@@ -243,7 +243,8 @@
                 volume_lock          1: see VOLUME LOCK                                  0         0
                 components           1: see EVENTS                                       0         0
                 contouring           LEVEL_SET, SPRINGLS: see CONTOURING                 LEVEL_S.  LEVEL_S.
-                split_input          1: large triangles of a mesh are divided            1         0
+                split_input          1: a mesh's large triangles are divided, tiny ones  1         0
+                                     thinned out
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
@@ -896,6 +897,7 @@
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_parts           src/input/mesh_parts.h
      >>ray                  src/model/ray.h
+     >>thin_input           src/input/thin_input.h
      >>split_input          src/input/split_input.h
      >>set_springls         src/input/set_springls.h
      >>write                src/input/write.h
@@ -1394,7 +1396,8 @@ typedef struct springls_params {
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
-                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
+                                an equilateral triangle of split_area, and thins out those far below a voxel;
+                                0: each triangle becomes one springl                                               */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
@@ -1515,7 +1518,8 @@ typedef struct springls_mesh_report {
    a triangle with an edge longer than split_edge becomes several: it is cut from the middle of its longest edge, and its
    parts again, narrow ones in strips, alike on both sides of every edge and only within the grid. Where closed parts of the
    mesh overlap, springls inside the solid are not set (a seam on voxel planes may keep a small handle). Springls are
-   in the order of the triangles.
+   in the order of the triangles. With split_input = 1 triangles far below a voxel (more than 32 corners in half a voxel) are
+   thinned out to a quarter of a voxel, and some become no springl.
    springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
    can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area, unless parts
    overlap.
@@ -1523,7 +1527,7 @@ typedef struct springls_mesh_report {
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows: triangles that hang together by edges are made
    to face alike, and each such part outwards, or as a hollow inwards within another; holes are closed by a film of springls,
-   which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
+   which come after those of the triangles. With triangles smaller than half a voxel call springls_remesh next: the time of a
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
    flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than min_component: then the model is
@@ -9508,6 +9512,16 @@ SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample
     return result;
 }
 
+/* Returns whether a springl before `known` within the radius lies at an edge: far from edges this ends a search for their sides. */
+SPRINGLS__MATHS bool springls__edge_within(const springls__model *model, springls__v3 x, float radius, int known)
+{
+    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (i < known && model->set.edge[i] && springls__sample_weight(model, i, x, radius) > 0.0f) return true;
+    return false;
+}
+
 /* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
@@ -9515,7 +9529,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     springls__sample_set samples;
     springls__sides sides;
     int i, edges = 0;
-    if (model->set.at_edges == 0) return false;
+    if (model->set.at_edges == 0 || !springls__edge_within(model, x, SPRINGLS__FIT_RADIUS, known)) return false;
     springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
     for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;
@@ -27064,7 +27078,7 @@ typedef struct springls__mesh_intake {
     springls__mesh_edge *edges; /* [edge_count]                                                                    */
     uint8_t *turn;              /* [count]     1: exchange corners 1 and 2                                         */
     int *queue;                 /* [count]     triangles, part by part                                             */
-    int count, edge_count;
+    int positions, count, edge_count;
     size_t table_size;          /* a power of two                                                                  */
     springls__buffer memory[9];
 } springls__mesh_intake;
@@ -27080,6 +27094,7 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
                                                            int triangles)
 {
     size_t n = (size_t)positions, t = (size_t)triangles;
+    m->positions = positions;
     m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
@@ -28185,6 +28200,224 @@ SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
+/* ======== >>thin_input  (src/input/thin_input.h) =============================================================== */
+/* thin_input.h - thins out parts of an input mesh whose triangles are far below a voxel, before they become springls
+   (params.split_input): the time of a search grows with the springls near by. Where a cell of half a voxel has many corners, those that
+   lie together in a quarter of a voxel and face alike become one of them: one at a sharp edge if there is any, else the one nearest to
+   their middle. Triangles that have collapsed or turned over by this become no springl. Sheets that lie on each other face otherwise, and
+   stay apart. Correspondences are found on the mesh as it was given, all of which is the original surface. */
+
+#define SPRINGLS__DENSE_CELL 0.5f /* voxel: in which corners are counted                                            */
+#define SPRINGLS__DENSE_MOST 32   /* corners of such a cell that are left as they are: 256 triangles a voxel^2          */
+#define SPRINGLS__THIN_CELL 0.25f /* voxel: in which corners become one                                             */
+
+/* What is known of a corner, by its number in the mesh. Corners of one cell that face alike are a cluster, led by the first of them. */
+typedef struct springls__thin_corner {
+    springls__v3 normal, middle;  /* sum of the area normals around; of a leader: the mean place of its cluster         */
+    float area, distance2;        /* twice the area around; of a leader: from the middle to the corner that is chosen   */
+    int leader, count, chosen;    /* of a leader: corners of the cluster, and which of them stands for all              */
+    uint8_t facing, sharp, dense; /* dense: it lies where there are too many                                            */
+} springls__thin_corner;
+
+typedef struct springls__thinning { springls__thin_corner *corner; bool any; springls__buffer memory; } springls__thinning;
+
+/* Returns the axis, times 2, plus 1 where it is negative, that a vector is nearest to. */
+SPRINGLS__FN int springls__facing_of(springls__v3 n)
+{
+    const float x = springls__fabs(n.x), y = springls__fabs(n.y), z = springls__fabs(n.z);
+    if (x >= y && x >= z) return n.x < 0.0f;
+    return y >= z ? 2 + (n.y < 0.0f) : 4 + (n.z < 0.0f);
+}
+
+/* Returns the place of a coordinate in cells of some size, which is a power of two. */
+SPRINGLS__FN int springls__thin_place(float x, float cell) { return (int)springls__floor(x / cell); }
+
+SPRINGLS__FN bool springls__share_cell(springls__v3 a, springls__v3 b, float cell)
+{
+    return springls__thin_place(a.x, cell) == springls__thin_place(b.x, cell)
+        && springls__thin_place(a.y, cell) == springls__thin_place(b.y, cell)
+        && springls__thin_place(a.z, cell) == springls__thin_place(b.z, cell);
+}
+
+/* Returns the leader of corner i's cluster, which it becomes itself if there is none. */
+SPRINGLS__FN int springls__thin_leader(springls__mesh_intake *m, const springls__thin_corner *corner, int i, float cell)
+{
+    const springls__v3 x = m->point[i];
+    const size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3((uint32_t)springls__thin_place(x.x, cell), (uint32_t)springls__thin_place(x.y, cell),
+                                  (uint32_t)springls__thin_place(x.z, cell) * 8u + corner[i].facing) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        const int other = m->table[slot];
+        if (corner[other].facing == corner[i].facing && springls__share_cell(m->point[other], x, cell)) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = i;
+    return m->table[slot];
+}
+
+/* Groups the dense corners of the listed triangles into clusters. */
+SPRINGLS__FN void springls__thin_group(springls__mesh_intake *m, springls__thin_corner *corner, float cell)
+{
+    size_t slot;
+    int h;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (h = 0; h < 3 * m->count; h++) corner[m->corner[h]].leader = -1;
+    for (h = 0; h < 3 * m->count; h++) {
+        springls__thin_corner *c = &corner[m->corner[h]];
+        if (!c->dense || c->leader >= 0) continue;
+        c->count = 0;
+        c->leader = springls__thin_leader(m, corner, m->corner[h], cell);
+        corner[c->leader].count++;
+    }
+}
+
+/* Finds the corners that lie where there are too many. Returns whether any do. */
+SPRINGLS__FN bool springls__find_dense(springls__mesh_intake *m, springls__thin_corner *corner)
+{
+    bool any = false;
+    int i;
+    for (i = 0; i < m->positions; i++) {
+        corner[i].leader = -1;
+        corner[i].facing = 0;
+        corner[i].dense = 1;
+    }
+    springls__thin_group(m, corner, SPRINGLS__DENSE_CELL);
+    for (i = 0; i < m->positions; i++) {
+        corner[i].dense = corner[i].leader >= 0 && corner[corner[i].leader].count > SPRINGLS__DENSE_MOST;
+        any = any || corner[i].dense;
+    }
+    return any;
+}
+
+/* Finds which way the corners face, and which of them lie at sharp edges. */
+SPRINGLS__FN void springls__thin_face(const springls__mesh_intake *m, springls__thin_corner *corner)
+{
+    const float blunt = 0.9f; /* of the areas around, the part that the sum of the normals has */
+    int h, k;
+    for (h = 0; h < 3 * m->count; h++) {
+        springls__thin_corner *c = &corner[m->corner[h]];
+        c->normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+        c->area = 0.0f;
+    }
+    for (h = 0; h < m->count; h++) {
+        springls__v3 q[3], n;
+        springls__mesh_corners(m, h, q);
+        n = springls__cross(springls__sub(q[1], q[0]), springls__sub(q[2], q[0]));
+        for (k = 0; k < 3; k++) {
+            springls__thin_corner *c = &corner[m->corner[3 * h + k]];
+            c->normal = springls__add(c->normal, n);
+            c->area += springls__length(n);
+        }
+    }
+    for (h = 0; h < 3 * m->count; h++) {
+        springls__thin_corner *c = &corner[m->corner[h]];
+        c->facing = (uint8_t)springls__facing_of(c->normal);
+        c->sharp = springls__length(c->normal) < blunt * c->area;
+    }
+}
+
+/* Returns whether corner i is a better one for its cluster than the one chosen. */
+SPRINGLS__FN bool springls__thin_is_better(const springls__thin_corner *corner, int i, float distance2)
+{
+    const springls__thin_corner *leader = &corner[corner[i].leader];
+    if (leader->chosen < 0 || corner[i].sharp != corner[leader->chosen].sharp) return leader->chosen < 0 || corner[i].sharp;
+    return distance2 < leader->distance2;
+}
+
+/* Chooses the corner that stands for each cluster. */
+SPRINGLS__FN void springls__thin_choose(const springls__mesh_intake *m, springls__thin_corner *corner)
+{
+    int i;
+    for (i = 0; i < m->positions; i++) {
+        corner[i].middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+        corner[i].chosen = -1;
+    }
+    for (i = 0; i < m->positions; i++) {
+        springls__thin_corner *leader = &corner[springls__imax(corner[i].leader, 0)];
+        if (corner[i].leader >= 0) leader->middle = springls__mad(leader->middle, m->point[i], 1.0f / (float)leader->count);
+    }
+    for (i = 0; i < m->positions; i++) {
+        springls__thin_corner *leader = &corner[springls__imax(corner[i].leader, 0)];
+        const float distance2 = corner[i].leader < 0 ? 0.0f : springls__length2(springls__sub(m->point[i], leader->middle));
+        if (corner[i].leader < 0 || !springls__thin_is_better(corner, i, distance2)) continue;
+        leader->chosen = i;
+        leader->distance2 = distance2;
+    }
+}
+
+/* Finds out where the listed triangles are far below a voxel, and which corners stand for others there. thinning: zeros; the caller frees
+   its memory, also on failure. */
+SPRINGLS__FN springls_status springls__thin_input(springls_context *ctx, springls__mesh_intake *m, springls__thinning *thinning)
+{
+    if (!ctx->model.params.split_input) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &thinning->memory, (size_t)m->positions, sizeof *thinning->corner, 0));
+    thinning->corner = (springls__thin_corner *)thinning->memory.data;
+    thinning->any = springls__find_dense(m, thinning->corner);
+    if (!thinning->any) return SPRINGLS_OK;
+    springls__thin_face(m, thinning->corner);
+    springls__thin_group(m, thinning->corner, SPRINGLS__THIN_CELL);
+    springls__thin_choose(m, thinning->corner);
+    return SPRINGLS_OK;
+}
+
+/* Returns the corner that stands for corner i. */
+SPRINGLS__FN int springls__thin_stand_in(const springls__thinning *thinning, int i)
+{
+    return thinning->corner[i].dense ? thinning->corner[thinning->corner[i].leader].chosen : i;
+}
+
+/* Gives the springls from `first` on, of triangle t, their correspondences on the original surface. */
+SPRINGLS__FN void springls__thin_correspond(springls_context *ctx, int first, int t)
+{
+    int i;
+    for (i = first; i < ctx->model.set.count; i++) {
+        const springls__surface_hit h = springls__surface_closest_from(&ctx->original, ctx->model.set.s[i].p, FLT_MAX, t);
+        ctx->model.set.a[i] = springls__tri_point(springls__surface_triangle(&ctx->original, h.triangle), h.hit.bary);
+    }
+}
+
+/* Returns whether a triangle has an area still, and faces as it did. */
+SPRINGLS__FN bool springls__thin_keeps(const springls__v3 before[3], const springls__v3 after[3])
+{
+    const springls__v3 n = springls__cross(springls__sub(before[1], before[0]), springls__sub(before[2], before[0]));
+    const springls__v3 m = springls__cross(springls__sub(after[1], after[0]), springls__sub(after[2], after[0]));
+    return springls__length(m) > 1e-10f && springls__dot(n, m) > 0.0f;
+}
+
+/* Appends the springls of listed triangle t, thinned out. */
+SPRINGLS__FN springls_status springls__append_thinned(springls_context *ctx, springls__split_rule *rule, const springls__mesh_intake *m,
+                                                      const springls__thinning *thinning, int t)
+{
+    const int first = ctx->model.set.count;
+    springls__v3 given[3], q[3];
+    bool moved = false;
+    int k;
+    springls__mesh_corners(m, t, given);
+    for (k = 0; k < 3 && thinning->any; k++) {
+        const int i = m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)], stand_in = springls__thin_stand_in(thinning, i);
+        moved = moved || stand_in != i;
+        q[k] = m->point[stand_in];
+    }
+    if (!moved) return springls__append_divided(ctx, rule, given);
+    if (!springls__thin_keeps(given, q)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__append_divided(ctx, rule, q));
+    springls__thin_correspond(ctx, first, t);
+    return SPRINGLS_OK;
+}
+
+/* Appends the springls of the listed triangles, in their order; those of the original surface are the same. */
+SPRINGLS__FN springls_status springls__append_input(springls_context *ctx, springls__mesh_intake *m)
+{
+    springls__split_rule rule = springls__split_rule_of(ctx, m->count);
+    springls__thinning thinning;
+    springls_status status;
+    int t;
+    memset(&thinning, 0, sizeof thinning);
+    status = springls__thin_input(ctx, m, &thinning);
+    for (t = 0; status == SPRINGLS_OK && t < m->count; t++) status = springls__append_thinned(ctx, &rule, m, &thinning, t);
+    springls__buffer_free(ctx, &thinning.memory);
+    return status;
+}
+
 /* ======== >>set_mesh  (src/input/set_mesh.h) =================================================================== */
 /* set_mesh.h - builds the springls and the level set from an indexed triangle mesh.
 
@@ -28253,14 +28486,11 @@ SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
     return false;
 }
 
-/* Appends the springls of the original surface's triangles, in their order. */
-SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+/* Appends the springls of the listed triangles, which are the original surface's, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
 {
-    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
-    int t;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
-    for (t = 0; t < ctx->original.count; t++)
-        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    SPRINGLS__TRY(springls__append_input(ctx, m));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -28323,14 +28553,15 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
 }
 
 /* Makes the springls and the level set from the original surface. may_overlap: the mesh is balanced, and may overlap itself. */
-SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool may_overlap)
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, springls__mesh_intake *m, bool balanced,
+                                                       bool may_overlap)
 {
     springls__surface outer;
     springls_status status;
     bool overlaps;
     int count;
     memset(&outer, 0, sizeof outer);
-    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx, m));
     count = ctx->model.set.count;
     if (may_overlap) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
     overlaps = ctx->model.set.count < count;
@@ -28388,7 +28619,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
-    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, m, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
     SPRINGLS__TRY(springls__mesh_find_inside(ctx));
@@ -36986,7 +37217,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1288 \"springls.h\"\n",
+    "#line 1290 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -37096,11 +37327,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "    /* initial springls: of a mesh; of a level set or shape */\n",
     "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
-    "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
+    "                                an equilateral triangle of split_area, and thins out those far below a voxel;\n",
+    "                                0: each triangle becomes one springl                                               */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2782 \"springls.h\"\n",
+    "#line 2786 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -37216,7 +37448,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2899 \"springls.h\"\n",
+    "#line 2903 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -37238,7 +37470,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2922 \"springls.h\"\n",
+    "#line 2926 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37253,7 +37485,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2938 \"springls.h\"\n",
+    "#line 2942 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37377,7 +37609,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3062 \"springls.h\"\n",
+    "#line 3066 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -37447,7 +37679,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3133 \"springls.h\"\n",
+    "#line 3137 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37667,7 +37899,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3354 \"springls.h\"\n",
+    "#line 3358 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37682,7 +37914,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3369 \"springls.h\"\n",
+    "#line 3373 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37806,14 +38038,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3493 \"springls.h\"\n",
+    "#line 3497 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3501 \"springls.h\"\n",
+    "#line 3505 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -37939,7 +38171,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3628 \"springls.h\"\n",
+    "#line 3632 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -37994,7 +38226,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3684 \"springls.h\"\n",
+    "#line 3688 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -38083,7 +38315,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3774 \"springls.h\"\n",
+    "#line 3778 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -38095,7 +38327,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3786 \"springls.h\"\n",
+    "#line 3790 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38110,7 +38342,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3802 \"springls.h\"\n",
+    "#line 3806 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38186,7 +38418,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3878 \"springls.h\"\n",
+    "#line 3882 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38201,7 +38433,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3893 \"springls.h\"\n",
+    "#line 3897 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38277,7 +38509,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3969 \"springls.h\"\n",
+    "#line 3973 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -38356,7 +38588,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4048 \"springls.h\"\n",
+    "#line 4052 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38371,7 +38603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4064 \"springls.h\"\n",
+    "#line 4068 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38438,7 +38670,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4131 \"springls.h\"\n",
+    "#line 4135 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38453,7 +38685,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4146 \"springls.h\"\n",
+    "#line 4150 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38520,7 +38752,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4214 \"springls.h\"\n",
+    "#line 4218 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38906,7 +39138,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4601 \"springls.h\"\n",
+    "#line 4605 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39615,7 +39847,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5311 \"springls.h\"\n",
+    "#line 5315 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39875,7 +40107,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5572 \"springls.h\"\n",
+    "#line 5576 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -40077,7 +40309,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5775 \"springls.h\"\n",
+    "#line 5779 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -40194,7 +40426,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5893 \"springls.h\"\n",
+    "#line 5897 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -40392,7 +40624,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6091 \"springls.h\"\n",
+    "#line 6095 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40407,7 +40639,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6107 \"springls.h\"\n",
+    "#line 6111 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40608,7 +40840,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6308 \"springls.h\"\n",
+    "#line 6312 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40623,7 +40855,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6323 \"springls.h\"\n",
+    "#line 6327 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40824,7 +41056,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7156 \"springls.h\"\n",
+    "#line 7160 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -41224,7 +41456,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7556 \"springls.h\"\n",
+    "#line 7560 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41239,7 +41471,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7572 \"springls.h\"\n",
+    "#line 7576 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41268,7 +41500,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7601 \"springls.h\"\n",
+    "#line 7605 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41283,7 +41515,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7616 \"springls.h\"\n",
+    "#line 7620 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41312,10 +41544,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7646 \"springls.h\"\n",
+    "#line 7650 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7650 \"springls.h\"\n",
+    "#line 7654 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -41403,7 +41635,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7739 \"springls.h\"\n",
+    "#line 7743 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41543,7 +41775,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7880 \"springls.h\"\n",
+    "#line 7884 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41648,7 +41880,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7986 \"springls.h\"\n",
+    "#line 7990 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -41977,7 +42209,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8316 \"springls.h\"\n",
+    "#line 8320 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -42007,7 +42239,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8346 \"springls.h\"\n",
+    "#line 8350 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42022,7 +42254,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8362 \"springls.h\"\n",
+    "#line 8366 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42191,7 +42423,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8531 \"springls.h\"\n",
+    "#line 8535 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42206,7 +42438,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8546 \"springls.h\"\n",
+    "#line 8550 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42375,7 +42607,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8715 \"springls.h\"\n",
+    "#line 8719 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -42429,7 +42661,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8770 \"springls.h\"\n",
+    "#line 8774 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42455,7 +42687,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8796 \"springls.h\"\n",
+    "#line 8800 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42470,7 +42702,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8812 \"springls.h\"\n",
+    "#line 8816 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42553,7 +42785,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8895 \"springls.h\"\n",
+    "#line 8899 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42568,7 +42800,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8910 \"springls.h\"\n",
+    "#line 8914 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42651,7 +42883,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8993 \"springls.h\"\n",
+    "#line 8997 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42725,7 +42957,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9068 \"springls.h\"\n",
+    "#line 9072 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -43169,6 +43401,16 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
+    "/* Returns whether a springl before `known` within the radius lies at an edge: far from edges this ends a search for their sides. */\n",
+    "SPRINGLS__MATHS bool springls__edge_within(const springls__model *model, springls__v3 x, float radius, int known)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0)\n",
+    "        if (i < known && model->set.edge[i] && springls__sample_weight(model, i, x, radius) > 0.0f) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
     "/* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */\n",
     "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
     "                                             int known, springls__fit_result *result)\n",
@@ -43176,7 +43418,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__sample_set samples;\n",
     "    springls__sides sides;\n",
     "    int i, edges = 0;\n",
-    "    if (model->set.at_edges == 0) return false;\n",
+    "    if (model->set.at_edges == 0 || !springls__edge_within(model, x, SPRINGLS__FIT_RADIUS, known)) return false;\n",
     "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);\n",
     "    for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];\n",
     "    if (edges == 0) return false;\n",
@@ -43346,7 +43588,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9690 \"springls.h\"\n",
+    "#line 9704 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43442,7 +43684,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9787 \"springls.h\"\n",
+    "#line 9801 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43563,7 +43805,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9909 \"springls.h\"\n",
+    "#line 9923 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -43844,7 +44086,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10191 \"springls.h\"\n",
+    "#line 10205 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -43930,7 +44172,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10278 \"springls.h\"\n",
+    "#line 10292 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -44073,7 +44315,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10422 \"springls.h\"\n",
+    "#line 10436 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -44262,7 +44504,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10612 \"springls.h\"\n",
+    "#line 10626 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44387,7 +44629,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10738 \"springls.h\"\n",
+    "#line 10752 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44421,7 +44663,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10773 \"springls.h\"\n",
+    "#line 10787 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44959,7 +45201,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11312 \"springls.h\"\n",
+    "#line 11326 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -45109,7 +45351,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11463 \"springls.h\"\n",
+    "#line 11477 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -45187,7 +45429,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11542 \"springls.h\"\n",
+    "#line 11556 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45436,7 +45678,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11792 \"springls.h\"\n",
+    "#line 11806 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45661,7 +45903,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 12018 \"springls.h\"\n",
+    "#line 12032 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45780,7 +46022,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12138 \"springls.h\"\n",
+    "#line 12152 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -45877,7 +46119,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12236 \"springls.h\"\n",
+    "#line 12250 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46415,7 +46657,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12775 \"springls.h\"\n",
+    "#line 12789 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46448,7 +46690,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12809 \"springls.h\"\n",
+    "#line 12823 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46473,14 +46715,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12835 \"springls.h\"\n",
+    "#line 12849 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12842 \"springls.h\"\n",
+    "#line 12856 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46495,7 +46737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12858 \"springls.h\"\n",
+    "#line 12872 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46621,7 +46863,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12984 \"springls.h\"\n",
+    "#line 12998 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46636,7 +46878,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12999 \"springls.h\"\n",
+    "#line 13013 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46762,7 +47004,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13126 \"springls.h\"\n",
+    "#line 13140 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -47054,7 +47296,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13419 \"springls.h\"\n",
+    "#line 13433 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -47190,7 +47432,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18195 \"springls.h\"\n",
+    "#line 18209 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -48355,7 +48597,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19361 \"springls.h\"\n",
+    "#line 19375 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -48981,7 +49223,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19988 \"springls.h\"\n",
+    "#line 20002 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49579,7 +49821,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49583 \"springls.h\"\n",
+    "#line 49825 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

@@ -188,6 +188,14 @@ static bool extract(struct mend *m)
     return solid_extract(m->ctx, m->contouring, m->specks * m->spacing * m->spacing * m->spacing, &m->result, &m->dropped);
 }
 
+/* Finds how much of the skin the result follows. */
+static bool follow_skin(struct mend *m, const int *triangles)
+{
+    return mesh_followed_by_mesh(m->ctx, m->mesh.positions, triangles, (int)m->skin.triangle_count, (float)m->spacing, &m->result,
+                                 &m->followed)
+           == SPRINGLS_OK;
+}
+
 static bool make_solid(struct mend *m, springls_backend *backend)
 {
     double lower[3], upper[3];
@@ -200,16 +208,15 @@ static bool make_solid(struct mend *m, springls_backend *backend)
         free(triangles);
         return false;
     }
-    const bool fine = mesh_followed(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, triangles, (int)m->skin.triangle_count,
-                                    (float)m->spacing, &m->followed)
+    const bool fine = springls_set_mesh(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, 0, triangles, (int)m->skin.triangle_count,
+                                        &m->followed.report)
             == SPRINGLS_OK
-        && extract(m) && carry_colors(m, triangles) && solid_remove_slivers(&m->result, m->spacing, m->colors) && thin_out(m)
-        && color_by_look(m) && solid_measure(&m->result, &m->measures);
+        && extract(m) && carry_colors(m, triangles) && solid_remove_slivers(&m->result, m->spacing, m->colors)
+        && follow_skin(m, triangles) && thin_out(m) && color_by_look(m) && solid_measure(&m->result, &m->measures);
     free(triangles);
     if (!fine) {
         return report_failure(m);
     }
-    mesh_followed_by(&m->followed, m->measures.volume);
     return m->result.triangle_count > 0
         || cli_fail("mend", CLI_EXIT_FAILURE, "%s: thinner than the voxels, of %.4g: nothing is left", m->input, m->spacing)
         == CLI_CONTINUE;

@@ -109,7 +109,8 @@ typedef struct springls_params {
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
-                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */
+                                an equilateral triangle of split_area, and thins out those far below a voxel;
+                                0: each triangle becomes one springl                                               */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
     int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;

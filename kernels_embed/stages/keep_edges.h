@@ -448,6 +448,16 @@ SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample
     return result;
 }
 
+/* Returns whether a springl before `known` within the radius lies at an edge: far from edges this ends a search for their sides. */
+SPRINGLS__MATHS bool springls__edge_within(const springls__model *model, springls__v3 x, float radius, int known)
+{
+    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
+    int i;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
+        if (i < known && model->set.edge[i] && springls__sample_weight(model, i, x, radius) > 0.0f) return true;
+    return false;
+}
+
 /* Finds place and correspondence of a new springl near a crease, from one side of it only; false if there is no crease. */
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
@@ -455,7 +465,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     springls__sample_set samples;
     springls__sides sides;
     int i, edges = 0;
-    if (model->set.at_edges == 0) return false;
+    if (model->set.at_edges == 0 || !springls__edge_within(model, x, SPRINGLS__FIT_RADIUS, known)) return false;
     springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &samples);
     for (i = 0; i < samples.count; i++) edges += model->set.edge[samples.id[i]];
     if (edges == 0) return false;

@@ -26,7 +26,7 @@ typedef struct springls__mesh_intake {
     springls__mesh_edge *edges; /* [edge_count]                                                                    */
     uint8_t *turn;              /* [count]     1: exchange corners 1 and 2                                         */
     int *queue;                 /* [count]     triangles, part by part                                             */
-    int count, edge_count;
+    int positions, count, edge_count;
     size_t table_size;          /* a power of two                                                                  */
     springls__buffer memory[9];
 } springls__mesh_intake;
@@ -42,6 +42,7 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
                                                            int triangles)
 {
     size_t n = (size_t)positions, t = (size_t)triangles;
+    m->positions = positions;
     m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));

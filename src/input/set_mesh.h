@@ -27,7 +27,7 @@
 #include "mesh_intake.h"
 #include "mesh_parts.h"
 #include "set_level_set.h"
-#include "split_input.h"
+#include "thin_input.h"
 
 /* Logs what was repaired. repaired: the triangles' orientation was. */
 SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, bool repaired)
@@ -84,14 +84,11 @@ SPRINGLS__FN bool springls__surface_has_inside(const springls__surface *surface)
     return false;
 }
 
-/* Appends the springls of the original surface's triangles, in their order. */
-SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx)
+/* Appends the springls of the listed triangles, which are the original surface's, in their order. */
+SPRINGLS__FN springls_status springls__mesh_append_springls(springls_context *ctx, springls__mesh_intake *m)
 {
-    springls__split_rule rule = springls__split_rule_of(ctx, ctx->original.count);
-    int t;
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->original.count));
-    for (t = 0; t < ctx->original.count; t++)
-        SPRINGLS__TRY(springls__append_divided(ctx, &rule, ctx->original.points + 3 * t));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    SPRINGLS__TRY(springls__append_input(ctx, m));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -154,14 +151,15 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
 }
 
 /* Makes the springls and the level set from the original surface. may_overlap: the mesh is balanced, and may overlap itself. */
-SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool may_overlap)
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, springls__mesh_intake *m, bool balanced,
+                                                       bool may_overlap)
 {
     springls__surface outer;
     springls_status status;
     bool overlaps;
     int count;
     memset(&outer, 0, sizeof outer);
-    SPRINGLS__TRY(springls__mesh_append_springls(ctx));
+    SPRINGLS__TRY(springls__mesh_append_springls(ctx, m));
     count = ctx->model.set.count;
     if (may_overlap) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
     overlaps = ctx->model.set.count < count;
@@ -219,7 +217,7 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
-    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, m, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_table(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__run_table(ctx, springls__tidy));
     SPRINGLS__TRY(springls__mesh_find_inside(ctx));

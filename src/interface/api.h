@@ -294,7 +294,8 @@ typedef struct springls_mesh_report {
    a triangle with an edge longer than split_edge becomes several: it is cut from the middle of its longest edge, and its
    parts again, narrow ones in strips, alike on both sides of every edge and only within the grid. Where closed parts of the
    mesh overlap, springls inside the solid are not set (a seam on voxel planes may keep a small handle). Springls are
-   in the order of the triangles.
+   in the order of the triangles. With split_input = 1 triangles far below a voxel (more than 32 corners in half a voxel) are
+   thinned out to a quarter of a voxel, and some become no springl.
    springls_springl_materials finds the triangle that each comes from, so that values which were given for triangles or corners
    can be handed to springls_add_attribute. With split_input = 0 springl i is the i-th triangle with an area, unless parts
    overlap.
@@ -302,7 +303,7 @@ typedef struct springls_mesh_report {
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows: triangles that hang together by edges are made
    to face alike, and each such part outwards, or as a hollow inwards within another; holes are closed by a film of springls,
-   which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
+   which come after those of the triangles. With triangles smaller than half a voxel call springls_remesh next: the time of a
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
    flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than min_component: then the model is

@@ -245,7 +245,8 @@
                 volume_lock          1: see VOLUME LOCK                                  0         0
                 components           1: see EVENTS                                       0         0
                 contouring           LEVEL_SET, SPRINGLS: see CONTOURING                 LEVEL_S.  LEVEL_S.
-                split_input          1: large triangles of a mesh are divided            1         0
+                split_input          1: a mesh's large triangles are divided, tiny ones  1         0
+                                     thinned out
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 

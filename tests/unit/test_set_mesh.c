@@ -310,6 +310,76 @@ TEST whole_triangles_on_request(void)
     PASS();
 }
 
+/* Of triangles far below a voxel, few springls are made. They lie on the surface and come from places of it, and phi is what it is. */
+TEST tiny_triangles_are_thinned_out(void)
+{
+    springls_desc desc = cube(24);
+    const double c = 11.4, r = 5.0;
+    springls_material *materials;
+    float *phi;
+    int i;
+    clear_mesh();
+    add_sphere(c, c, c, r, 500, 250, 1.0);
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_EQ(0, report.triangles_dropped);
+    ASSERT_EQ(report.springls, springls_count(ctx));
+    ASSERT_LT(report.springls, triangles / 8);
+    ASSERT_GT(report.springls, (int)(4.0 * 3.14159 * r * r * 8.0)); /* eight a voxel^2 and more */
+    materials = (springls_material *)malloc((size_t)report.springls * sizeof *materials);
+    ASSERT(materials != NULL);
+    ASSERT_OK(springls_springl_materials(ctx, materials));
+    for (i = 0; i < report.springls; i++) {
+        const springls__v3 center = springls__v3_make((float)c, (float)c, (float)c), a = ctx->model.set.a[i];
+        ASSERT_IN_RANGE(r, springls__length(springls__sub(ctx->model.set.s[i].p, center)), 0.01);
+        ASSERT_IN_RANGE(r, springls__length(springls__sub(a, center)), 1e-3);
+        ASSERT_LT(springls__length(springls__sub(a, ctx->model.set.s[i].p)), 0.01f);
+        ASSERT(materials[i].triangle >= 0 && materials[i].triangle < triangles);
+    }
+    free(materials);
+    phi = level_set();
+    ASSERT(phi != NULL);
+    ASSERT_LT(sphere_error(phi, c, r, 2.5), 0.03);
+    free(phi);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Two sheets of tiny triangles closer than the cells in which they are thinned out stay two. */
+TEST tiny_triangles_of_thin_plates_stay_apart(void)
+{
+    enum { SIDE = 80 };
+    springls_params params = springls_default_params();
+    springls_desc desc = cube(24);
+    int sheet, i, j, front = 0, back = 0;
+    clear_mesh();
+    for (sheet = 0; sheet < 2; sheet++)
+        for (i = 0; i <= SIDE; i++)
+            for (j = 0; j <= SIDE; j++) {
+                const bool rim = i == 0 || j == 0 || i == SIDE || j == SIDE;
+                add_position(7.3 + 0.1 * i, 7.4 + 0.1 * j, 11.1 + (rim ? 0.0 : 0.06 * sheet));
+            }
+    for (sheet = 0; sheet < 2; sheet++)
+        for (i = 0; i < SIDE; i++)
+            for (j = 0; j < SIDE; j++) {
+                const int a = sheet * (SIDE + 1) * (SIDE + 1) + i * (SIDE + 1) + j, b = a + 1, d = a + SIDE + 1;
+                add_triangle(a, sheet ? d : b, sheet ? b : d);
+                add_triangle(b, sheet ? d : d + 1, sheet ? d + 1 : d);
+            }
+    params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    desc.params = &params;
+    ASSERT_OK(set_mesh(&desc));
+    ASSERT_LT(report.springls, triangles / 2);
+    for (i = 0; i < report.springls; i++) {
+        const float z = springls__springl_normal(ctx->model.set.s[i]).z;
+        front += z > 0.9f;
+        back += z < -0.9f;
+    }
+    ASSERT_GT(front, 500);
+    ASSERT_GT(back, 500);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Only what meets the grid is divided, and no more springls are made than there may be. */
 TEST huge_triangles_in_a_small_grid(void)
 {
@@ -439,6 +509,8 @@ SUITE(clean)
     RUN_TESTp(solids_on_voxel_planes_rest, 3);
     RUN_TEST(twelve_triangles_keep_their_volume);
     RUN_TEST(whole_triangles_on_request);
+    RUN_TEST(tiny_triangles_are_thinned_out);
+    RUN_TEST(tiny_triangles_of_thin_plates_stay_apart);
     RUN_TEST(huge_triangles_in_a_small_grid);
     RUN_TEST(open_meshes_that_are_no_solids);
 }

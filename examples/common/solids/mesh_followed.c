@@ -1,7 +1,10 @@
 /* mesh_followed.c - places spread over a mesh, and how far the model is from them. */
 #include "mesh_followed.h"
 
+#include "base/bvh.h"
 #include "base/vec3.h"
+#include "solids/solid_mesh.h"
+#include "springls/indices.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -47,31 +50,58 @@ static int spread(const float *positions, const int *triangles, int triangle_cou
     return count;
 }
 
-static springls_status follow(springls_context *ctx, const float *positions, const int *triangles, int triangle_count, float distance,
-                              struct mesh_followed *followed)
+/* Finds how far the model's surface is from places. */
+static springls_status distances_to_model(springls_context *ctx, const float *places, int count, float *distances)
 {
-    float *places = malloc(3 * PLACES * sizeof *places);
-    springls_hit *hits = malloc(PLACES * sizeof *hits);
+    springls_hit *hits = malloc(((size_t)count + 1) * sizeof *hits);
+    const springls_status status = hits ? springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, places, count, hits) : SPRINGLS_OUT_OF_MEMORY;
+    for (int i = 0; status == SPRINGLS_OK && i < count; ++i) {
+        distances[i] = hits[i].springl >= 0 ? hits[i].distance : INFINITY;
+    }
+    free(hits);
+    return status;
+}
+
+/* Finds how far a mesh is from places. */
+static springls_status distances_to_mesh(const springls_mesh *mesh, const float *places, int count, float *distances)
+{
+    struct bvh bvh;
+    uint32_t *indices = unsigned_indices(mesh);
+    const bool fine = indices && mesh->triangle_count > 0 && bvh_build(&bvh, mesh->positions, indices, (size_t)mesh->triangle_count);
+    for (int i = 0; i < count; ++i) {
+        distances[i] = fine ? bvh_distance(&bvh, places + 3 * (size_t)i, NULL, NULL) : INFINITY;
+    }
+    if (fine) {
+        bvh_free(&bvh);
+    }
+    free(indices);
+    return fine || mesh->triangle_count == 0 ? SPRINGLS_OK : SPRINGLS_OUT_OF_MEMORY;
+}
+
+/* Counts which places of a mesh are followed, and which are covered. result: of the model, NULL: the model itself. */
+static springls_status follow(springls_context *ctx, const float *positions, const int *triangles, int triangle_count, float distance,
+                              const springls_mesh *result, struct mesh_followed *followed)
+{
+    float *places = malloc(3 * PLACES * sizeof *places), *distances = malloc(PLACES * sizeof *distances);
     uint8_t *inside = malloc(PLACES);
-    const bool room = places && hits && inside;
+    const bool room = places && distances && inside;
     const int count = room ? spread(positions, triangles, triangle_count, places) : 0;
     springls_status status = room ? SPRINGLS_OK : SPRINGLS_OUT_OF_MEMORY;
     int followed_places = 0, within = 0;
     if (status == SPRINGLS_OK) {
-        status = springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, places, count, hits);
+        status = result ? distances_to_mesh(result, places, count, distances) : distances_to_model(ctx, places, count, distances);
     }
     if (status == SPRINGLS_OK) {
         status = springls_sample_inside(ctx, places, count, inside);
     }
     for (int i = 0; status == SPRINGLS_OK && i < count; ++i) {
-        const bool followed_here = hits[i].springl >= 0 && hits[i].distance <= distance;
-        followed_places += followed_here;
-        within += !followed_here && inside[i];
+        followed_places += distances[i] <= distance;
+        within += distances[i] > distance && inside[i];
     }
     followed->area = count ? (double)followed_places / count : 0.0;
     followed->within = count ? (double)within / count : 0.0;
     free(places);
-    free(hits);
+    free(distances);
     free(inside);
     return status;
 }
@@ -82,39 +112,48 @@ static bool is_little(const struct mesh_followed *f)
     return f->area + f->within < enough || (f->volume > 0.0 && f->volume < enough) || f->bodies > f->report.components;
 }
 
-void mesh_followed_by(struct mesh_followed *followed, double volume)
+/* Judges by the volume and the bodies, and cavities, that a model or its mesh has. */
+static void judge(struct mesh_followed *followed, const springls_measures *measures)
 {
-    if (followed->volume > 0.0) {
-        followed->volume = volume / fabs(followed->report.volume);
-        followed->little = is_little(followed);
+    const double little_area = 0.005;
+    const springls_mesh_report *report = &followed->report;
+    /* parts that are turned or nested change what the mesh's own volume is; where parts overlap, it counts twice */
+    const bool apart = !report->parts_turned && !report->parts_nested && followed->within < little_area;
+    followed->volume = report->closed && apart && report->volume != 0.0 ? measures->volume / fabs(report->volume) : 0.0;
+    followed->bodies = measures->components;
+    followed->little = is_little(followed);
+}
+
+springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
+                                      float distance, const springls_mesh *result, struct mesh_followed *followed)
+{
+    springls_measures measures;
+    springls_status status = follow(ctx, positions, triangles, triangle_count, distance, result, followed);
+    if (status == SPRINGLS_OK) {
+        status = solid_measure(result, &measures) ? SPRINGLS_OK : SPRINGLS_OUT_OF_MEMORY;
     }
+    if (status == SPRINGLS_OK) {
+        judge(followed, &measures);
+    }
+    return status;
 }
 
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed)
 {
-    const double little_area = 0.005;
     springls_measures measures;
     memset(followed, 0, sizeof *followed);
     springls_status status = springls_set_mesh(ctx, positions, position_count, 0, triangles, triangle_count, &followed->report);
     if (status == SPRINGLS_OK) {
-        status = follow(ctx, positions, triangles, triangle_count, distance, followed);
+        status = follow(ctx, positions, triangles, triangle_count, distance, NULL, followed);
     }
     if (status == SPRINGLS_OK) {
         status = springls_measure(ctx, &measures);
     }
-    if (status != SPRINGLS_OK) {
-        return status;
+    if (status == SPRINGLS_OK) {
+        judge(followed, &measures);
     }
-    const springls_mesh_report *report = &followed->report;
-    /* parts that are turned or nested change what the mesh's own volume is; where parts overlap, it counts twice */
-    const bool apart = !report->parts_turned && !report->parts_nested && followed->within < little_area;
-    if (report->closed && apart && report->volume != 0.0) {
-        followed->volume = measures.volume / fabs(report->volume);
-    }
-    followed->bodies = measures.components;
-    followed->little = is_little(followed);
-    return SPRINGLS_OK;
+    return status;
 }
 
 void mesh_followed_text(const struct mesh_followed *followed, char *text, size_t room)

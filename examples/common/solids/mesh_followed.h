@@ -21,8 +21,11 @@ struct mesh_followed {
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed);
 
-/* Judges by the volume of a mesh that was extracted, instead of the model's: of a needle or a plate of a voxel, springls hold more. */
-void mesh_followed_by(struct mesh_followed *followed, double volume);
+/* Finds how much of a mesh a result follows that was extracted from the model set from it, instead of the model: of a needle or a plate
+ * of a voxel, springls hold more. followed->report: of springls_set_mesh. Fails as springls_sample_inside does, or with
+ * SPRINGLS_OUT_OF_MEMORY. */
+springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
+                                      float distance, const springls_mesh *result, struct mesh_followed *followed);
 
 /* Prints to `text` in one line what was mended, and what is lost: "2 parts, open, 1 turned; the model has 2 bodies, follows 89.0 %
  * of the area, covers 10.0 %". */
