@@ -124,13 +124,16 @@ static void judge(struct mesh_followed *followed, const springls_measures *measu
     followed->little = is_little(followed);
 }
 
-springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
-                                      float distance, const springls_mesh *result, struct mesh_followed *followed)
+/* Finds how much of a mesh is followed by a mesh that was extracted, NULL: by the model itself. */
+static springls_status find_followed(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
+                                     float distance, const springls_mesh *result, struct mesh_followed *followed)
 {
     springls_measures measures;
     springls_status status = follow(ctx, positions, triangles, triangle_count, distance, result, followed);
-    if (status == SPRINGLS_OK) {
+    if (status == SPRINGLS_OK && result) {
         status = solid_measure(result, &measures) ? SPRINGLS_OK : SPRINGLS_OUT_OF_MEMORY;
+    } else if (status == SPRINGLS_OK) {
+        status = springls_measure(ctx, &measures);
     }
     if (status == SPRINGLS_OK) {
         judge(followed, &measures);
@@ -138,20 +141,20 @@ springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positi
     return status;
 }
 
+springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
+                                      float distance, const springls_mesh *result, struct mesh_followed *followed)
+{
+    const springls_mesh *taken = followed->report.closed ? result : NULL;
+    return find_followed(ctx, positions, triangles, triangle_count, distance, taken, followed);
+}
+
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed)
 {
-    springls_measures measures;
     memset(followed, 0, sizeof *followed);
     springls_status status = springls_set_mesh(ctx, positions, position_count, 0, triangles, triangle_count, &followed->report);
     if (status == SPRINGLS_OK) {
-        status = follow(ctx, positions, triangles, triangle_count, distance, NULL, followed);
-    }
-    if (status == SPRINGLS_OK) {
-        status = springls_measure(ctx, &measures);
-    }
-    if (status == SPRINGLS_OK) {
-        judge(followed, &measures);
+        status = find_followed(ctx, positions, triangles, triangle_count, distance, NULL, followed);
     }
     return status;
 }

@@ -21,9 +21,9 @@ struct mesh_followed {
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed);
 
-/* Finds how much of a mesh a result follows that was extracted from the model set from it, instead of the model: of a needle or a plate
- * of a voxel, springls hold more. followed->report: of springls_set_mesh. Fails as springls_sample_inside does, or with
- * SPRINGLS_OUT_OF_MEMORY. */
+/* Finds how much of a closed mesh a result follows that was extracted from the model set from it: of a needle or a plate of a voxel,
+ * springls hold more than the model's zero level, and their mesh takes less time. An open mesh is judged by the model: along sheets that
+ * enclose nothing the result has rubble. followed->report: of springls_set_mesh. Fails as mesh_followed does. */
 springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
                                       float distance, const springls_mesh *result, struct mesh_followed *followed);
 
