@@ -801,6 +801,8 @@ TEST odd_files_are_read(void)
         {"blanks.obj", "# blanks\r\n@o a\r\n$", " \tv\t", "  f ", " \t\r\n", 1},
         {"below.obj", "@$", "v ", "f", "\n", -14},
         {"broken.obj", "@$", "v \\\n ", "f \\\n", "\n", 1},
+        {"empty.obj", "@$", "v ", "f", "\\\n\n", 1},
+        {"remarks.obj", "@$", "v ", "f", " # 1\n", -14},
         {"curves.obj", "cstype bezier\ndeg 3\n@vp 1 2\ncurv 0 1 1 2 3 4\nend\nl 1 2\np 3\n$", "v ", "f", " \n", 1},
         {"faces.ply",
          "ply\nformat ascii 1.0\nelement face 9\nproperty list uint16 uint vertex_index\nelement vertex 14\nproperty float x\n"

@@ -127,6 +127,12 @@ static bool take_plain(const char *path, struct plain_mesh *plain, const double 
     return true;
 }
 
+/* Returns whether a mesh lacks triangles that the file has: assimp leaves out faces of OBJ before an empty line behind a backslash. */
+static bool lacks_faces(const struct mesh *mesh, const struct plain_mesh *plain)
+{
+    return mesh->triangle_count + mesh->dropped < plain->triangle_count;
+}
+
 bool mesh_read_local(const char *path, struct mesh *mesh, double origin[3], char error[MESH_TEXT])
 {
     struct plain_mesh plain;
@@ -134,7 +140,12 @@ bool mesh_read_local(const char *path, struct mesh *mesh, double origin[3], char
     if (!distant) {
         origin[0] = origin[1] = origin[2] = 0.0;
     }
-    const bool taken = (!distant && mesh_read(path, mesh, error)) || (is_plain && take_plain(path, &plain, origin, mesh, error));
+    bool taken = !distant && mesh_read(path, mesh, error);
+    if (taken && is_plain && lacks_faces(mesh, &plain)) {
+        mesh_free(mesh);
+        taken = false;
+    }
+    taken = taken || (is_plain && take_plain(path, &plain, origin, mesh, error));
     plain_mesh_free(&plain);
     return taken;
 }

@@ -135,7 +135,7 @@ static const char *skip_blanks(const char *text) { return text + strspn(text, " 
 
 static bool obj_face(struct source *f, const char *text)
 {
-    for (const char *at = skip_blanks(text); *at; at = skip_blanks(at)) {
+    for (const char *at = skip_blanks(text); *at && *at != '#'; at = skip_blanks(at)) {
         char *end;
         const long vertices = (long)f->mesh->vertex_count, number = strtol(at, &end, 10);
         const long index = number < 0 ? vertices + number : number - 1;
