@@ -142,7 +142,7 @@
    With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
-   volume_lock and components may also be called alone, in any order.
+   volume_lock and components may also be run alone, in any order: springls_advect, springls_run_stage.
 
    These switches of the default set change what stages do:
 
@@ -728,7 +728,7 @@
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
        those edges are found again in every iteration.
      - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
-       long as d_max a good springl is further than contract_distance from the old zero level. springls_contract, called
+       long as d_max a good springl is further than contract_distance from the old zero level. SPRINGLS_STAGE_CONTRACT, run
        alone, takes phi as it is.
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
@@ -744,22 +744,22 @@
    MAP from the paper to functions and files
 
      eq. 1, 2           springls_advect, springls_forces
-     eq. 3-20, Alg. 1   springls_relax (kernels_embed/stages/relax.h)
-     eq. 21             omega, inside springls_evolve (kernels_embed/stages/unsigned_distance.h)
-     eq. 22, 23         springls_evolve
+     eq. 3-20, Alg. 1   SPRINGLS_STAGE_RELAX (kernels_embed/stages/relax.h)
+     eq. 21             omega, inside SPRINGLS_STAGE_EVOLVE (kernels_embed/stages/unsigned_distance.h)
+     eq. 22, 23         SPRINGLS_STAGE_EVOLVE
      eq. 24, 25         springls_step_desc.stop_at_topology
-     eq. 26             springls_track
+     eq. 26             SPRINGLS_STAGE_TRACK
      eq. 27             springls_pack_matrix
      section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
-     section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
-     section 4.5        springls_unsigned_to_signed, params.topology
-     section 4.6        springls_contract, springls_resample
-     section 4.7        springls_track, springls_hit.material
+     section 4.4        SPRINGLS_STAGE_FILL_GAPS (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
+     section 4.5        SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, params.topology
+     section 4.6        SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE
+     section 4.7        SPRINGLS_STAGE_TRACK, springls_hit.material
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_implicit_notched_sphere
-     Table 2            springls_advect ... springls_rebuild, one function a row
+     Table 2            springls_stage, one a row: springls_advect, springls_run_stage
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */
 
@@ -1058,15 +1058,9 @@
   #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
   #define springls_default_forces SPRINGLS__NAME(springls_default_forces)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
+  #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_advect SPRINGLS__NAME(springls_advect)
-  #define springls_relax SPRINGLS__NAME(springls_relax)
-  #define springls_contract SPRINGLS__NAME(springls_contract)
-  #define springls_resample SPRINGLS__NAME(springls_resample)
-  #define springls_evolve SPRINGLS__NAME(springls_evolve)
-  #define springls_rebuild SPRINGLS__NAME(springls_rebuild)
-  #define springls_fill_gaps SPRINGLS__NAME(springls_fill_gaps)
-  #define springls_unsigned_to_signed SPRINGLS__NAME(springls_unsigned_to_signed)
-  #define springls_track SPRINGLS__NAME(springls_track)
+  #define springls_run_stage SPRINGLS__NAME(springls_run_stage)
   #define springls_default_step_desc SPRINGLS__NAME(springls_default_step_desc)
   #define springls_step SPRINGLS__NAME(springls_step)
   #define springls_step_begin SPRINGLS__NAME(springls_step_begin)
@@ -1161,7 +1155,6 @@
   #define springls_tiling_snapshot SPRINGLS__NAME(springls_tiling_snapshot)
   #define springls_tiling_restore SPRINGLS__NAME(springls_tiling_restore)
   #define springls_tiling_state_hash SPRINGLS__NAME(springls_tiling_state_hash)
-  #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
   #define springls_state_hash SPRINGLS__NAME(springls_state_hash)
@@ -1588,7 +1581,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 /* Takes a mesh as the original surface of the present model: phi_ref is its signed distance, and material coordinates number
    its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
    coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
-   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   bits until a stage adds springls, others are moved onto it by SPRINGLS_STAGE_TRACK where it is near. EMPTY_MODEL: there are no
    springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
 SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
                                                          size_t stride, const int *triangles, int triangle_count,
@@ -1602,7 +1595,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
      up to params.band_half_width + 1 voxels, and recomputed beyond that. Move springls by at most two
      voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
      springls_combine, _offset, _smooth and _remesh take such a step first. With
-     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. SPRINGLS_STAGE_UNSIGNED_TO_SIGNED
      recomputes phi after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
    - With a backend only the range is sent to the device.
@@ -1707,33 +1700,36 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 
 /* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters, which run in steps alone. */
+typedef enum springls_stage {
+    SPRINGLS_STAGE_ADVECT,             /* springls_advect                                                           */
+    SPRINGLS_STAGE_RELAX,              /* lets each springl seek equilibrium with its neighbours, params.relax_iterations times
+                                          (Algorithm 1, eq. 3-20)                                                   */
+    SPRINGLS_STAGE_CONTRACT,           /* removes springls far from the zero level, and removes or reshapes those of bad shape
+                                          (section 4.6)                                                             */
+    SPRINGLS_STAGE_RESAMPLE,           /* splits every springl that is too large once, at its longest edge (section 4.6) */
+    SPRINGLS_STAGE_EVOLVE,             /* moves phi towards the springls by one step (eq. 21-23)                    */
+    SPRINGLS_STAGE_REBUILD,            /* turns phi into a distance again, and moves the narrow band with its zero level */
+    SPRINGLS_STAGE_FILL_GAPS,          /* adds springls where the zero level is bare, and tracks them (section 4.4) */
+    SPRINGLS_STAGE_TRACK,              /* moves every correspondence onto the original surface (eq. 26)             */
+    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, /* makes phi from the springls alone (section 4.5)                           */
+    SPRINGLS_STAGE_PROJECT,            /* of phi: params.carry_level_set, params.project_level_set                  */
+    SPRINGLS_STAGE_KEEP_EDGES,         /* params.keep_edges                                                         */
+    SPRINGLS_STAGE_VOLUME_LOCK,        /* params.volume_lock                                                        */
+    SPRINGLS_STAGE_COMPONENTS,         /* params.components, without params.volume_lock                             */
+    SPRINGLS_STAGE_COUNT
+} springls_stage;
+
+/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
+SPRINGLS_API const char *springls_stage_name(springls_stage stage);
+
 /* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
    nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
 
-/* Lets each springl seek equilibrium with its neighbours, params.relax_iterations times (Algorithm 1, eq. 3-20). */
-SPRINGLS_API springls_status springls_relax(springls_context *ctx);
-
-/* Removes springls far from the zero level, and removes or reshapes those of bad shape (section 4.6). */
-SPRINGLS_API springls_status springls_contract(springls_context *ctx);
-
-/* Splits every springl that is too large once, at its longest edge (section 4.6). */
-SPRINGLS_API springls_status springls_resample(springls_context *ctx);
-
-/* Moves phi towards the springls by one step (eq. 21-23). */
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
-
-/* Turns phi into a distance again, and moves the narrow band with its zero level. */
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
-
-/* Adds springls where the zero level is bare, and tracks them (section 4.4). */
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);
-
-/* Makes phi from the springls alone (section 4.5). */
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
-
-/* Moves every correspondence onto the original surface (eq. 26). */
-SPRINGLS_API springls_status springls_track(springls_context *ctx);
+/* Runs another stage of RELAX to UNSIGNED_TO_SIGNED on the model as it is. Completes a step in progress. INVALID_ARGUMENT: it is none of
+   these. EMPTY_MODEL: there are no springls to make phi from. */
+SPRINGLS_API springls_status springls_run_stage(springls_context *ctx, springls_stage stage);
 
 /* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
@@ -2345,7 +2341,7 @@ typedef struct springls_follow_desc {
 #ifndef SPRINGLS_NO_TOOLS
 /* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
    are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
-   filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
+   filled as by SPRINGLS_STAGE_FILL_GAPS; springls of parts that no springl is near, such as new drops, are made as by an input, with the
    place where they come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so
    that springls come along. The original surface stays. A step in progress is completed first. INVALID_ARGUMENT: also fn and phi
    both given, or neither. NON_FINITE: a value of fn or phi is NaN; one of desc->values is not finite, then the model is empty.
@@ -2600,27 +2596,6 @@ SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
 #endif
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
-
-/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
-typedef enum springls_stage {
-    SPRINGLS_STAGE_ADVECT,
-    SPRINGLS_STAGE_RELAX,
-    SPRINGLS_STAGE_CONTRACT,
-    SPRINGLS_STAGE_RESAMPLE,
-    SPRINGLS_STAGE_EVOLVE,
-    SPRINGLS_STAGE_REBUILD,
-    SPRINGLS_STAGE_FILL_GAPS,
-    SPRINGLS_STAGE_TRACK,
-    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
-    SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
-    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
-    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
-    SPRINGLS_STAGE_COUNT
-} springls_stage;
-
-/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
-SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 
 /* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
@@ -24655,44 +24630,29 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
-SPRINGLS_API springls_status springls_relax(springls_context *ctx)
+/* Returns the table of a stage that springls_run_stage runs; NULL: it runs none of that number. */
+SPRINGLS__FN const springls__entry *springls__table_of_stage(springls_stage stage)
 {
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
+    switch (stage) {
+    case SPRINGLS_STAGE_RELAX: return springls__relax;
+    case SPRINGLS_STAGE_CONTRACT: return springls__contract_now;
+    case SPRINGLS_STAGE_RESAMPLE: return springls__resample;
+    case SPRINGLS_STAGE_EVOLVE: return springls__evolve;
+    case SPRINGLS_STAGE_REBUILD: return springls__rebuild;
+    case SPRINGLS_STAGE_FILL_GAPS: return springls__fill_gaps;
+    case SPRINGLS_STAGE_TRACK: return springls__track;
+    case SPRINGLS_STAGE_UNSIGNED_TO_SIGNED: return springls__unsigned_to_signed;
+    default: return NULL;
+    }
 }
 
-SPRINGLS_API springls_status springls_contract(springls_context *ctx)
+SPRINGLS_API springls_status springls_run_stage(springls_context *ctx, springls_stage stage)
 {
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
-}
-
-SPRINGLS_API springls_status springls_resample(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
-}
-
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
-}
-
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
-}
-
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
-}
-
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
-}
-
-SPRINGLS_API springls_status springls_track(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
+    const springls__entry *table = springls__table_of_stage(stage);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (table) return springls__run_stage_call(ctx, stage, table);
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run_stage: stage %d does not run alone: it may be %d to %d", (int)stage,
+                          (int)SPRINGLS_STAGE_RELAX, (int)SPRINGLS_STAGE_UNSIGNED_TO_SIGNED);
 }
 
 /* ======== >>parameter_sets  (src/model/parameter_sets.h) ======================================================= */
@@ -37217,7 +37177,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1290 \"springls.h\"\n",
+    "#line 1283 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -37332,7 +37292,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2786 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -37448,7 +37408,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2903 \"springls.h\"\n",
+    "#line 2878 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -37470,7 +37430,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2926 \"springls.h\"\n",
+    "#line 2901 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37485,7 +37445,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2942 \"springls.h\"\n",
+    "#line 2917 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -37609,7 +37569,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3066 \"springls.h\"\n",
+    "#line 3041 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -37679,7 +37639,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 3137 \"springls.h\"\n",
+    "#line 3112 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -37899,7 +37859,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 3358 \"springls.h\"\n",
+    "#line 3333 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -37914,7 +37874,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3373 \"springls.h\"\n",
+    "#line 3348 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -38038,14 +37998,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 3497 \"springls.h\"\n",
+    "#line 3472 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 3505 \"springls.h\"\n",
+    "#line 3480 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -38171,7 +38131,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3632 \"springls.h\"\n",
+    "#line 3607 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -38226,7 +38186,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3688 \"springls.h\"\n",
+    "#line 3663 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -38315,7 +38275,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3778 \"springls.h\"\n",
+    "#line 3753 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -38327,7 +38287,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3790 \"springls.h\"\n",
+    "#line 3765 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38342,7 +38302,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3806 \"springls.h\"\n",
+    "#line 3781 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38418,7 +38378,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3882 \"springls.h\"\n",
+    "#line 3857 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38433,7 +38393,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3897 \"springls.h\"\n",
+    "#line 3872 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38509,7 +38469,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3973 \"springls.h\"\n",
+    "#line 3948 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -38588,7 +38548,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4052 \"springls.h\"\n",
+    "#line 4027 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38603,7 +38563,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4068 \"springls.h\"\n",
+    "#line 4043 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38670,7 +38630,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4135 \"springls.h\"\n",
+    "#line 4110 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38685,7 +38645,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4150 \"springls.h\"\n",
+    "#line 4125 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38752,7 +38712,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4218 \"springls.h\"\n",
+    "#line 4193 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -39138,7 +39098,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4605 \"springls.h\"\n",
+    "#line 4580 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39847,7 +39807,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5315 \"springls.h\"\n",
+    "#line 5290 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -40107,7 +40067,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5576 \"springls.h\"\n",
+    "#line 5551 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -40309,7 +40269,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5779 \"springls.h\"\n",
+    "#line 5754 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -40426,7 +40386,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5897 \"springls.h\"\n",
+    "#line 5872 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -40624,7 +40584,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6095 \"springls.h\"\n",
+    "#line 6070 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40639,7 +40599,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6111 \"springls.h\"\n",
+    "#line 6086 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40840,7 +40800,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6312 \"springls.h\"\n",
+    "#line 6287 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40855,7 +40815,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6327 \"springls.h\"\n",
+    "#line 6302 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -41056,7 +41016,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7160 \"springls.h\"\n",
+    "#line 7135 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -41456,7 +41416,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7560 \"springls.h\"\n",
+    "#line 7535 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41471,7 +41431,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7576 \"springls.h\"\n",
+    "#line 7551 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41500,7 +41460,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7605 \"springls.h\"\n",
+    "#line 7580 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41515,7 +41475,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7620 \"springls.h\"\n",
+    "#line 7595 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41544,10 +41504,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7650 \"springls.h\"\n",
+    "#line 7625 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7654 \"springls.h\"\n",
+    "#line 7629 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -41635,7 +41595,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7743 \"springls.h\"\n",
+    "#line 7718 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41775,7 +41735,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7884 \"springls.h\"\n",
+    "#line 7859 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41880,7 +41840,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7990 \"springls.h\"\n",
+    "#line 7965 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -42209,7 +42169,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8320 \"springls.h\"\n",
+    "#line 8295 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -42239,7 +42199,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8350 \"springls.h\"\n",
+    "#line 8325 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42254,7 +42214,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8366 \"springls.h\"\n",
+    "#line 8341 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42423,7 +42383,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8535 \"springls.h\"\n",
+    "#line 8510 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42438,7 +42398,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8550 \"springls.h\"\n",
+    "#line 8525 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42607,7 +42567,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8719 \"springls.h\"\n",
+    "#line 8694 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -42661,7 +42621,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8774 \"springls.h\"\n",
+    "#line 8749 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42687,7 +42647,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8800 \"springls.h\"\n",
+    "#line 8775 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42702,7 +42662,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8816 \"springls.h\"\n",
+    "#line 8791 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42785,7 +42745,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8899 \"springls.h\"\n",
+    "#line 8874 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42800,7 +42760,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8914 \"springls.h\"\n",
+    "#line 8889 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42883,7 +42843,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8997 \"springls.h\"\n",
+    "#line 8972 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42957,7 +42917,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9072 \"springls.h\"\n",
+    "#line 9047 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -43588,7 +43548,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9704 \"springls.h\"\n",
+    "#line 9679 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43684,7 +43644,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9801 \"springls.h\"\n",
+    "#line 9776 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43805,7 +43765,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9923 \"springls.h\"\n",
+    "#line 9898 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -44086,7 +44046,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10205 \"springls.h\"\n",
+    "#line 10180 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -44172,7 +44132,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10292 \"springls.h\"\n",
+    "#line 10267 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -44315,7 +44275,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10436 \"springls.h\"\n",
+    "#line 10411 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -44504,7 +44464,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10626 \"springls.h\"\n",
+    "#line 10601 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44629,7 +44589,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10752 \"springls.h\"\n",
+    "#line 10727 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44663,7 +44623,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10787 \"springls.h\"\n",
+    "#line 10762 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -45201,7 +45161,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11326 \"springls.h\"\n",
+    "#line 11301 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -45351,7 +45311,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11477 \"springls.h\"\n",
+    "#line 11452 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -45429,7 +45389,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11556 \"springls.h\"\n",
+    "#line 11531 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45678,7 +45638,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11806 \"springls.h\"\n",
+    "#line 11781 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45903,7 +45863,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 12032 \"springls.h\"\n",
+    "#line 12007 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -46022,7 +45982,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12152 \"springls.h\"\n",
+    "#line 12127 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -46119,7 +46079,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12250 \"springls.h\"\n",
+    "#line 12225 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46657,7 +46617,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12789 \"springls.h\"\n",
+    "#line 12764 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46690,7 +46650,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12823 \"springls.h\"\n",
+    "#line 12798 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46715,14 +46675,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12849 \"springls.h\"\n",
+    "#line 12824 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12856 \"springls.h\"\n",
+    "#line 12831 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46737,7 +46697,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12872 \"springls.h\"\n",
+    "#line 12847 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46863,7 +46823,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12998 \"springls.h\"\n",
+    "#line 12973 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46878,7 +46838,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 13013 \"springls.h\"\n",
+    "#line 12988 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -47004,7 +46964,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13140 \"springls.h\"\n",
+    "#line 13115 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -47296,7 +47256,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13433 \"springls.h\"\n",
+    "#line 13408 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -47432,7 +47392,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18209 \"springls.h\"\n",
+    "#line 18184 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -48597,7 +48557,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19375 \"springls.h\"\n",
+    "#line 19350 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -49223,7 +49183,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 20002 \"springls.h\"\n",
+    "#line 19977 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49821,7 +49781,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49825 \"springls.h\"\n",
+    "#line 49785 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

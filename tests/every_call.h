@@ -35,6 +35,7 @@ typedef struct call_bench {
 /* ---- the calls ---- */
 
 #define CALL_OF(name, arguments) FIXTURE springls_status call_##name(call_bench *b) { return springls_##name arguments; }
+#define STAGE_OF(name, stage) FIXTURE springls_status call_##name(call_bench *b) { return springls_run_stage(b->ctx, stage); }
 /* A call that takes a mesh of the model as it is. */
 #define CALL_OF_MESH(name, arguments)                                    \
     FIXTURE springls_status call_##name(call_bench *b)                   \
@@ -76,14 +77,14 @@ CALL_OF(write, (b->ctx, 0, 1, b->vertices, NULL))
 CALL_OF(set_keep_mask, (b->ctx, b->mask))
 CALL_OF(max_speed, (b->ctx, &b->forces, 0.0f, b->output))
 CALL_OF(advect, (b->ctx, &b->forces, 0.0f, 1.0f))
-CALL_OF(relax, (b->ctx))
-CALL_OF(contract, (b->ctx))
-CALL_OF(resample, (b->ctx))
-CALL_OF(evolve, (b->ctx))
-CALL_OF(rebuild, (b->ctx))
-CALL_OF(fill_gaps, (b->ctx))
-CALL_OF(unsigned_to_signed, (b->ctx))
-CALL_OF(track, (b->ctx))
+CALL_OF(run_stage, (b->ctx, SPRINGLS_STAGE_RELAX))
+STAGE_OF(contract, SPRINGLS_STAGE_CONTRACT)
+STAGE_OF(resample, SPRINGLS_STAGE_RESAMPLE)
+STAGE_OF(evolve, SPRINGLS_STAGE_EVOLVE)
+STAGE_OF(rebuild, SPRINGLS_STAGE_REBUILD)
+STAGE_OF(fill_gaps, SPRINGLS_STAGE_FILL_GAPS)
+STAGE_OF(unsigned_to_signed, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED)
+STAGE_OF(track, SPRINGLS_STAGE_TRACK)
 CALL_OF(step, (b->ctx, &b->step))
 CALL_OF(step_begin, (b->ctx, &b->step))
 
@@ -334,9 +335,9 @@ FIXTURE springls_status call_index_of(call_bench *b)
 #define EVERY_CALL(X) \
     X(create, 1) X(reset, 0) X(set_params, 1) X(set_mesh, 0) X(set_level_set, 0) X(set_labels, 0) X(set_threshold, 0) X(set_implicit, 0) \
     X(set_springls, 0) X(set_reference, 0) X(set_reference_mesh, 0) X(write, 0) X(set_keep_mask, 0) X(max_speed, 1) X(advect, 0) \
-    X(relax, 0) X(contract, 0) X(resample, 0) X(evolve, 0) X(rebuild, 0) X(fill_gaps, 0) X(unsigned_to_signed, 0) X(track, 0) X(step, 0) \
-    X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0) X(snapshot_delta, 1) X(snapshot_patch, 1) X(index_of, 1) \
-    X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) \
+    X(run_stage, 0) X(contract, 0) X(resample, 0) X(evolve, 0) X(rebuild, 0) X(fill_gaps, 0) X(unsigned_to_signed, 0) X(track, 0) \
+    X(step, 0) X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0) X(snapshot_delta, 1) X(snapshot_patch, 1) \
+    X(index_of, 1) X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) \
     X(extract_mesh, 1) X(extract_soup, 1) X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) \
     X(chunks_lod, 1) X(copy_level_set, 1) X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) \
     X(add_attribute, 1) X(describe_attribute, 1) X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(chunk_attribute, 1) \

@@ -311,7 +311,8 @@ static bool run_to_rest(struct atlas_template *template, struct motion *motion, 
                                   .integrator = SPRINGLS_INTEGRATOR_EULER};
     const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
                                      .one_to_one = true};
-    bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;
+    bool good = atlas_check(template->ctx, springls_run_stage(template->ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED), "level set");
+    bool moving = true;
     for (int s = 0; good && moving && s < SETTLE_STEPS; ++s) {
         good = atlas_check(template->ctx, springls_step(template->ctx, &step), "pressure");
         moving = springls_get_stats(template->ctx).moving_share > 0.01f;

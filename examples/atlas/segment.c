@@ -191,7 +191,7 @@ static bool start_springls(struct atlas_segment *run, const struct push *field)
     int before = 0;
     for (int i = 0; good && i < MAX_RESAMPLINGS && springls_count(run->ctx) != before; ++i) {
         before = springls_count(run->ctx);
-        good = atlas_check(run->ctx, springls_resample(run->ctx), "resample");
+        good = atlas_check(run->ctx, springls_run_stage(run->ctx, SPRINGLS_STAGE_RESAMPLE), "resample");
     }
     return good;
 }

@@ -433,12 +433,7 @@ class Model:
 
     def stage(self, name):
         """Runs one stage alone: 'relax', 'contract', 'resample', 'evolve', 'rebuild', 'fill_gaps', 'unsigned_to_signed', 'track'."""
-        stages = dict(relax=_lib.springls_relax, contract=_lib.springls_contract, resample=_lib.springls_resample,
-                      evolve=_lib.springls_evolve, rebuild=_lib.springls_rebuild, fill_gaps=_lib.springls_fill_gaps,
-                      unsigned_to_signed=_lib.springls_unsigned_to_signed, track=_lib.springls_track)
-        if name not in stages:
-            raise ValueError(f'stage: there is no {name!r}')
-        self._check(stages[name](self._ctx))
+        self._check(_lib.springls_run_stage(self._ctx, _constant('STAGE', name)))
 
     # ---- reading ----
 

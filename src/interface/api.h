@@ -364,7 +364,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 /* Takes a mesh as the original surface of the present model: phi_ref is its signed distance, and material coordinates number
    its triangles. The arguments are those of springls_set_mesh, which repairs and reports the mesh in the same way; the world
    coordinates are those of the grid. Springls, correspondences and phi stay: correspondences that lie on the mesh keep their
-   bits until a stage adds springls, others are moved onto it by springls_track where it is near. EMPTY_MODEL: there are no
+   bits until a stage adds springls, others are moved onto it by SPRINGLS_STAGE_TRACK where it is near. EMPTY_MODEL: there are no
    springls. Other failures: as springls_set_mesh. After a failure nothing has changed. */
 SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, const float *positions, int position_count,
                                                          size_t stride, const int *triangles, int triangle_count,
@@ -378,7 +378,7 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
      up to params.band_half_width + 1 voxels, and recomputed beyond that. Move springls by at most two
      voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
      springls_combine, _offset, _smooth and _remesh take such a step first. With
-     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. SPRINGLS_STAGE_UNSIGNED_TO_SIGNED
      recomputes phi after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
    - With a backend only the range is sent to the device.
@@ -483,33 +483,36 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 
 /* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters, which run in steps alone. */
+typedef enum springls_stage {
+    SPRINGLS_STAGE_ADVECT,             /* springls_advect                                                           */
+    SPRINGLS_STAGE_RELAX,              /* lets each springl seek equilibrium with its neighbours, params.relax_iterations times
+                                          (Algorithm 1, eq. 3-20)                                                   */
+    SPRINGLS_STAGE_CONTRACT,           /* removes springls far from the zero level, and removes or reshapes those of bad shape
+                                          (section 4.6)                                                             */
+    SPRINGLS_STAGE_RESAMPLE,           /* splits every springl that is too large once, at its longest edge (section 4.6) */
+    SPRINGLS_STAGE_EVOLVE,             /* moves phi towards the springls by one step (eq. 21-23)                    */
+    SPRINGLS_STAGE_REBUILD,            /* turns phi into a distance again, and moves the narrow band with its zero level */
+    SPRINGLS_STAGE_FILL_GAPS,          /* adds springls where the zero level is bare, and tracks them (section 4.4) */
+    SPRINGLS_STAGE_TRACK,              /* moves every correspondence onto the original surface (eq. 26)             */
+    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, /* makes phi from the springls alone (section 4.5)                           */
+    SPRINGLS_STAGE_PROJECT,            /* of phi: params.carry_level_set, params.project_level_set                  */
+    SPRINGLS_STAGE_KEEP_EDGES,         /* params.keep_edges                                                         */
+    SPRINGLS_STAGE_VOLUME_LOCK,        /* params.volume_lock                                                        */
+    SPRINGLS_STAGE_COMPONENTS,         /* params.components, without params.volume_lock                             */
+    SPRINGLS_STAGE_COUNT
+} springls_stage;
+
+/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
+SPRINGLS_API const char *springls_stage_name(springls_stage stage);
+
 /* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
    nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
 
-/* Lets each springl seek equilibrium with its neighbours, params.relax_iterations times (Algorithm 1, eq. 3-20). */
-SPRINGLS_API springls_status springls_relax(springls_context *ctx);
-
-/* Removes springls far from the zero level, and removes or reshapes those of bad shape (section 4.6). */
-SPRINGLS_API springls_status springls_contract(springls_context *ctx);
-
-/* Splits every springl that is too large once, at its longest edge (section 4.6). */
-SPRINGLS_API springls_status springls_resample(springls_context *ctx);
-
-/* Moves phi towards the springls by one step (eq. 21-23). */
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
-
-/* Turns phi into a distance again, and moves the narrow band with its zero level. */
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
-
-/* Adds springls where the zero level is bare, and tracks them (section 4.4). */
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);
-
-/* Makes phi from the springls alone (section 4.5). */
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
-
-/* Moves every correspondence onto the original surface (eq. 26). */
-SPRINGLS_API springls_status springls_track(springls_context *ctx);
+/* Runs another stage of RELAX to UNSIGNED_TO_SIGNED on the model as it is. Completes a step in progress. INVALID_ARGUMENT: it is none of
+   these. EMPTY_MODEL: there are no springls to make phi from. */
+SPRINGLS_API springls_status springls_run_stage(springls_context *ctx, springls_stage stage);
 
 /* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
@@ -1121,7 +1124,7 @@ typedef struct springls_follow_desc {
 #ifndef SPRINGLS_NO_TOOLS
 /* Replaces the level set by another one, such as that of a fluid's particles in this frame, and keeps the springls near it: they
    are drawn onto its zero level, with their ids, correspondences and attributes. Others are removed. Bare places near them are
-   filled as by springls_fill_gaps; springls of parts that no springl is near, such as new drops, are made as by an input, with the
+   filled as by SPRINGLS_STAGE_FILL_GAPS; springls of parts that no springl is near, such as new drops, are made as by an input, with the
    place where they come as correspondence, and values of desc->values. Take a step with the flow's velocity before each call, so
    that springls come along. The original surface stays. A step in progress is completed first. INVALID_ARGUMENT: also fn and phi
    both given, or neither. NON_FINITE: a value of fn or phi is NaN; one of desc->values is not finite, then the model is empty.
@@ -1376,27 +1379,6 @@ SPRINGLS_API uint64_t springls_tiling_state_hash(const springls_tiling *tiling);
 #endif
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
-
-/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
-typedef enum springls_stage {
-    SPRINGLS_STAGE_ADVECT,
-    SPRINGLS_STAGE_RELAX,
-    SPRINGLS_STAGE_CONTRACT,
-    SPRINGLS_STAGE_RESAMPLE,
-    SPRINGLS_STAGE_EVOLVE,
-    SPRINGLS_STAGE_REBUILD,
-    SPRINGLS_STAGE_FILL_GAPS,
-    SPRINGLS_STAGE_TRACK,
-    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
-    SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
-    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
-    SPRINGLS_STAGE_COMPONENTS,  /* params.components, without params.volume_lock            */
-    SPRINGLS_STAGE_COUNT
-} springls_stage;
-
-/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
-SPRINGLS_API const char *springls_stage_name(springls_stage stage);
 
 /* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {

@@ -143,7 +143,7 @@
    With lazy_distance > 0, as in the default set, "every" and "Mth" count whole steps: see LAZY STEPS.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges,
-   volume_lock and components may also be called alone, in any order.
+   volume_lock and components may also be run alone, in any order: springls_advect, springls_run_stage.
 
    These switches of the default set change what stages do:
 
@@ -753,7 +753,7 @@
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
        those edges are found again in every iteration.
      - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
-       long as d_max a good springl is further than contract_distance from the old zero level. springls_contract, called
+       long as d_max a good springl is further than contract_distance from the old zero level. SPRINGLS_STAGE_CONTRACT, run
        alone, takes phi as it is.
      - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
        the surface.
@@ -770,21 +770,21 @@
    MAP from the paper to functions and files
 
      eq. 1, 2           springls_advect, springls_forces
-     eq. 3-20, Alg. 1   springls_relax (kernels_embed/stages/relax.h)
-     eq. 21             omega, inside springls_evolve (kernels_embed/stages/unsigned_distance.h)
-     eq. 22, 23         springls_evolve
+     eq. 3-20, Alg. 1   SPRINGLS_STAGE_RELAX (kernels_embed/stages/relax.h)
+     eq. 21             omega, inside SPRINGLS_STAGE_EVOLVE (kernels_embed/stages/unsigned_distance.h)
+     eq. 22, 23         SPRINGLS_STAGE_EVOLVE
      eq. 24, 25         springls_step_desc.stop_at_topology
-     eq. 26             springls_track
+     eq. 26             SPRINGLS_STAGE_TRACK
      eq. 27             springls_pack_matrix
      section 2.3.2, 6   springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
-     section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
-     section 4.5        springls_unsigned_to_signed, params.topology
-     section 4.6        springls_contract, springls_resample
-     section 4.7        springls_track, springls_hit.material
+     section 4.4        SPRINGLS_STAGE_FILL_GAPS (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
+     section 4.5        SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, params.topology
+     section 4.6        SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE
+     section 4.7        SPRINGLS_STAGE_TRACK, springls_hit.material
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
      section 5.2        springls_implicit_notched_sphere
-     Table 2            springls_advect ... springls_rebuild, one function a row
+     Table 2            springls_stage, one a row: springls_advect, springls_run_stage
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */

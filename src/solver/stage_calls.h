@@ -62,44 +62,29 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
-SPRINGLS_API springls_status springls_relax(springls_context *ctx)
+/* Returns the table of a stage that springls_run_stage runs; NULL: it runs none of that number. */
+SPRINGLS__FN const springls__entry *springls__table_of_stage(springls_stage stage)
 {
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
+    switch (stage) {
+    case SPRINGLS_STAGE_RELAX: return springls__relax;
+    case SPRINGLS_STAGE_CONTRACT: return springls__contract_now;
+    case SPRINGLS_STAGE_RESAMPLE: return springls__resample;
+    case SPRINGLS_STAGE_EVOLVE: return springls__evolve;
+    case SPRINGLS_STAGE_REBUILD: return springls__rebuild;
+    case SPRINGLS_STAGE_FILL_GAPS: return springls__fill_gaps;
+    case SPRINGLS_STAGE_TRACK: return springls__track;
+    case SPRINGLS_STAGE_UNSIGNED_TO_SIGNED: return springls__unsigned_to_signed;
+    default: return NULL;
+    }
 }
 
-SPRINGLS_API springls_status springls_contract(springls_context *ctx)
+SPRINGLS_API springls_status springls_run_stage(springls_context *ctx, springls_stage stage)
 {
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
-}
-
-SPRINGLS_API springls_status springls_resample(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
-}
-
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
-}
-
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
-}
-
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
-}
-
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
-}
-
-SPRINGLS_API springls_status springls_track(springls_context *ctx)
-{
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
+    const springls__entry *table = springls__table_of_stage(stage);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (table) return springls__run_stage_call(ctx, stage, table);
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run_stage: stage %d does not run alone: it may be %d to %d", (int)stage,
+                          (int)SPRINGLS_STAGE_RELAX, (int)SPRINGLS_STAGE_UNSIGNED_TO_SIGNED);
 }
 
 #endif

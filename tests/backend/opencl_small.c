@@ -46,7 +46,7 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
                   : springls_set_implicit(ctx, springls_implicit_box, &box))
             == SPRINGLS_OK
         && springls_step(ctx, &fluid) == SPRINGLS_OK && (paper || springls_step(ctx, &elastic) == SPRINGLS_OK)
-        && springls_track(ctx) == SPRINGLS_OK && springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK;
+        && springls_run_stage(ctx, SPRINGLS_STAGE_TRACK) == SPRINGLS_OK && springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK;
     if (ok) {
         hash = history_mix(springls_state_hash(ctx), mesh.positions, (size_t)mesh.vertex_count * 3 * sizeof(float));
         springls_mesh_free(ctx, &mesh);

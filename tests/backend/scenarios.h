@@ -243,24 +243,24 @@ FIXTURE springls_status scenario_write(springls_context *ctx)
 /* Stages in an order that no step has. */
 FIXTURE springls_status scenario_stages(springls_context *ctx, const scenario *s)
 {
-    static springls_status (*const stages[])(springls_context *) = {springls_unsigned_to_signed,
-                                                                    springls_track,
-                                                                    springls_relax,
-                                                                    springls_evolve,
-                                                                    springls_rebuild,
-                                                                    springls_fill_gaps,
-                                                                    springls_contract,
-                                                                    springls_resample,
-                                                                    springls_unsigned_to_signed,
-                                                                    springls_evolve,
-                                                                    springls_relax,
-                                                                    springls_fill_gaps,
-                                                                    springls_track};
+    static const springls_stage stages[] = {SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+                                            SPRINGLS_STAGE_TRACK,
+                                            SPRINGLS_STAGE_RELAX,
+                                            SPRINGLS_STAGE_EVOLVE,
+                                            SPRINGLS_STAGE_REBUILD,
+                                            SPRINGLS_STAGE_FILL_GAPS,
+                                            SPRINGLS_STAGE_CONTRACT,
+                                            SPRINGLS_STAGE_RESAMPLE,
+                                            SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+                                            SPRINGLS_STAGE_EVOLVE,
+                                            SPRINGLS_STAGE_RELAX,
+                                            SPRINGLS_STAGE_FILL_GAPS,
+                                            SPRINGLS_STAGE_TRACK};
     size_t i;
     if (s->which == SCENARIO_HOLLOW) SPRINGLS__TRY(springls_step(ctx, &s->step)); /* which finds components and bodies */
     SPRINGLS__TRY(springls_advect(ctx, &s->forces, 0.1f, s->step.dt));
     SPRINGLS__TRY(scenario_write(ctx));
-    for (i = 0; i < sizeof stages / sizeof *stages; i++) SPRINGLS__TRY(stages[i](ctx));
+    for (i = 0; i < sizeof stages / sizeof *stages; i++) SPRINGLS__TRY(springls_run_stage(ctx, stages[i]));
     return SPRINGLS_OK;
 }
 
@@ -272,7 +272,7 @@ FIXTURE springls_status scenario_asleep(springls_context *ctx, const scenario *s
     if (steps < at_rest) step.forces = NULL;
     else if (steps == at_rest && !ctx->at_rest) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls_step(ctx, &step));
-    return steps == s->steps - 1 ? springls_relax(ctx) : SPRINGLS_OK;
+    return steps == s->steps - 1 ? springls_run_stage(ctx, SPRINGLS_STAGE_RELAX) : SPRINGLS_OK;
 }
 
 FIXTURE springls_status scenario_step(springls_context *ctx, const scenario *s)

@@ -202,7 +202,8 @@ FIXTURE uint64_t hash_on(springls_backend *backend)
     uint64_t hash = 0;
     desc.backend = backend;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return 0;
-    if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK && springls_relax(ctx) == SPRINGLS_OK)
+    if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK
+        && springls_run_stage(ctx, SPRINGLS_STAGE_RELAX) == SPRINGLS_OK)
         hash = springls_state_hash(ctx);
     springls_destroy(ctx);
     return hash;

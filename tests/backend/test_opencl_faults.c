@@ -352,7 +352,7 @@ FIXTURE springls_status fault_call(fault_bench *bench, int call)
         if (status == SPRINGLS_OK) springls_mesh_free(bench->ctx, &mesh);
         return status;
     case 8: return springls_copy_level_set(bench->ctx, bench->field);
-    default: return springls_relax(bench->ctx);
+    default: return springls_run_stage(bench->ctx, SPRINGLS_STAGE_RELAX);
     }
 }
 
@@ -484,7 +484,7 @@ TEST a_view_fails(int on)
     desc.logger.user = &log;
     ASSERT_OK(springls_create(&desc, &bench.ctx));
     ASSERT_OK(fault_begin(&bench));
-    ASSERT_OK(springls_relax(bench.ctx));
+    ASSERT_OK(springls_run_stage(bench.ctx, SPRINGLS_STAGE_RELAX));
     before = springls_count(bench.ctx);
     stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, on);
     view = springls_view_particles(bench.ctx);
@@ -494,7 +494,7 @@ TEST a_view_fails(int on)
     ASSERT_EQ(count, view.count);
     ASSERT_EQ(on, view.data == NULL);
     ASSERT(strstr(springls_last_error(bench.ctx), "opencl: download: out of device resources") != NULL);
-    ASSERT_STATUS(on ? SPRINGLS_EMPTY_MODEL : SPRINGLS_OK, springls_unsigned_to_signed(bench.ctx));
+    ASSERT_STATUS(on ? SPRINGLS_EMPTY_MODEL : SPRINGLS_OK, springls_run_stage(bench.ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     springls_destroy(bench.ctx);
     ASSERT(fault_leaves_nothing());
     PASS();
@@ -526,7 +526,7 @@ TEST a_program_does_not_compile(void)
     int i;
     NEEDS_STUB();
     ASSERT_OK(fault_context(NULL, logs, benches));
-    ASSERT_OK(springls_relax(benches[0].ctx));
+    ASSERT_OK(springls_run_stage(benches[0].ctx, SPRINGLS_STAGE_RELAX));
     expected = springls_state_hash(benches[0].ctx);
     springls_destroy(benches[0].ctx);
     fault_count();
@@ -535,11 +535,11 @@ TEST a_program_does_not_compile(void)
     for (i = 0; i < 2; i++) {
         stub->begin();
         stub->fail("clBuildProgram", 0, CL_BUILD_PROGRAM_FAILURE, 0);
-        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(benches[i].ctx));
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_run_stage(benches[i].ctx, SPRINGLS_STAGE_RELAX));
         ASSERT_EQ(i == 0, stub->calls("clBuildProgram"));
         ASSERT(strstr(springls_last_error(benches[i].ctx), "opencl: shorten_arms: the kernels do not compile (-11)") != NULL);
         ASSERT(expected == springls_state_hash(benches[i].ctx));
-        ASSERT_OK(springls_relax(benches[i].ctx));
+        ASSERT_OK(springls_run_stage(benches[i].ctx, SPRINGLS_STAGE_RELAX));
         ASSERT_EQ(1, logs[i].errors);
     }
     ASSERT(strstr(log.lines, "springls.h:1234:5: error: made up by the stub\nand a second line\n") != NULL);
@@ -563,17 +563,17 @@ TEST the_device_of_two_contexts_fails(int lost)
     fault_count();
     for (i = 0; i < 2; i++) {
         ASSERT_OK(fault_context(reliable, &logs[i], &benches[i]));
-        ASSERT_OK(springls_relax(benches[i].ctx));
+        ASSERT_OK(springls_run_stage(benches[i].ctx, SPRINGLS_STAGE_RELAX));
     }
     hash = springls_state_hash(benches[0].ctx);
     for (i = 0; i < 2; i++) {
         if (i == 0 || !lost)
             stub->fail("clEnqueueNDRangeKernel", stub->calls("clEnqueueNDRangeKernel"), CL_DEVICE_NOT_AVAILABLE, lost);
-        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(benches[i].ctx));
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_run_stage(benches[i].ctx, SPRINGLS_STAGE_RELAX));
         ASSERT(strstr(springls_last_error(benches[i].ctx), "the device is lost") != NULL);
         ASSERT_EQ(lost, (springls_count(benches[i].ctx) == 0));
         ASSERT_OK(fault_begin(&benches[i]));
-        ASSERT_OK(springls_relax(benches[i].ctx));
+        ASSERT_OK(springls_run_stage(benches[i].ctx, SPRINGLS_STAGE_RELAX));
         ASSERT(hash == springls_state_hash(benches[i].ctx));
         ASSERT_EQ(1, logs[i].errors);
     }
@@ -581,7 +581,7 @@ TEST the_device_of_two_contexts_fails(int lost)
     stub->begin();
     ASSERT_OK(fault_create(stub_path, &log, &backend));
     ASSERT_OK(fault_context(backend, &logs[2], &benches[2]));
-    ASSERT_OK(springls_relax(benches[2].ctx));
+    ASSERT_OK(springls_run_stage(benches[2].ctx, SPRINGLS_STAGE_RELAX));
     ASSERT_GT(springls_cl_get_counts(backend).kernels, 5);
     ASSERT(hash == springls_state_hash(benches[2].ctx));
     for (i = 0; i < 3; i++) springls_destroy(benches[i].ctx);
@@ -740,7 +740,7 @@ TEST a_failure_names_the_last_kernels(void)
     fault_count();
     ASSERT_OK(fault_context(reliable, &log, &bench));
     stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, 0);
-    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(bench.ctx));
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_run_stage(bench.ctx, SPRINGLS_STAGE_RELAX));
     ASSERT_STR_EQ("opencl: download: out of device resources (-5); last started: cells_count, cells_clear, counts_clear; "
                   "going on without the device",
                   springls_last_error(bench.ctx));

@@ -66,7 +66,8 @@ static springls_context *head_model(void)
         desc.grid = segment_model_grid(cubes.dims, cubes.spacing, cubes.origin, &cubes.direction[0][0]);
     }
     if (phi && springls_create(&desc, &ctx) == SPRINGLS_OK
-        && (springls_set_threshold(ctx, phi, -FLT_MAX, 0.0f) != SPRINGLS_OK || springls_relax(ctx) != SPRINGLS_OK)) {
+        && (springls_set_threshold(ctx, phi, -FLT_MAX, 0.0f) != SPRINGLS_OK
+            || springls_run_stage(ctx, SPRINGLS_STAGE_RELAX) != SPRINGLS_OK)) {
         fprintf(stderr, "paper: Fig. 3: %s\n", springls_last_error(ctx));
         springls_destroy(ctx);
         ctx = NULL;

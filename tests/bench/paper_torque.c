@@ -98,7 +98,7 @@ static bool relax(struct soup *soup, springls_torque torque)
     bool good = springls_set_springls(ctx, soup->vertices, soup->particles, NULL, soup->count) == SPRINGLS_OK
              && springls_set_keep_mask(ctx, soup->kept) == SPRINGLS_OK;
     for (int k = 0; k < RELAXATIONS && good; ++k) {
-        good = springls_relax(ctx) == SPRINGLS_OK;
+        good = springls_run_stage(ctx, SPRINGLS_STAGE_RELAX) == SPRINGLS_OK;
     }
     const springls_view view = springls_view_vertices(ctx);
     for (int i = 0; i < view.count && good; ++i) {

@@ -179,11 +179,10 @@ static springls_status move(bench *t)
 
 static springls_status stage(bench *t)
 {
-    static springls_status (*const stages[])(springls_context *) = {
-        springls_relax, springls_contract, springls_resample, springls_evolve, springls_rebuild, springls_fill_gaps,
-        springls_unsigned_to_signed, springls_track, springls_remesh, springls_reset
-    };
-    return stages[fuzz_choice(&t->b, (int)(sizeof stages / sizeof *stages))](t->ctx);
+    const int stage = fuzz_choice(&t->b, SPRINGLS_STAGE_COUNT + 2);
+    if (stage == SPRINGLS_STAGE_COUNT) return springls_remesh(t->ctx);
+    if (stage > SPRINGLS_STAGE_COUNT) return springls_reset(t->ctx);
+    return springls_run_stage(t->ctx, (springls_stage)stage);
 }
 
 /* ---- settings ---- */

@@ -30,8 +30,8 @@ int main(void)
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 17;
     desc.backend = backend;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return 3;
-    moved = springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK && springls_relax(ctx) == SPRINGLS_OK
-         && springls_count(ctx) > 0;
+    moved = springls_set_implicit(ctx, springls_implicit_sphere, &ball) == SPRINGLS_OK
+         && springls_run_stage(ctx, SPRINGLS_STAGE_RELAX) == SPRINGLS_OK && springls_count(ctx) > 0;
     springls_destroy(ctx);
     return moved && warnings == 1 ? 0 : 4;
 }

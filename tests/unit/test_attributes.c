@@ -163,7 +163,7 @@ static springls_status blown(springls_context *ctx, float x, float y, float z, i
 
 /* ---- split, fill, merge, one at a time ---- */
 
-/* A mesh of large triangles that springls_resample splits: labels copied, shares halved, correspondences blended. */
+/* A mesh of large triangles that resample splits: labels copied, shares halved, correspondences blended. */
 TEST halves_take_the_values_of_their_whole(void)
 {
     springls_params params = springls_default_params();
@@ -177,7 +177,7 @@ TEST halves_take_the_values_of_their_whole(void)
     ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
     ASSERT_OK(carry(ctx, &c));
     before = springls_count(ctx);
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     ASSERT_GT(springls_count(ctx), before + before / 2);
     ASSERT_IN_RANGE((double)before, total(ctx, c.amount), 1e-3);
     a = springls_view_correspondences(ctx);
@@ -216,7 +216,7 @@ TEST new_springls_take_values_from_nearby(void)
     for (i = 0; i < springls_count(ctx); i++) kept += keep[i] = fixture_particle(ctx, i).z < 20.0f;
     ASSERT_OK(fixture_keep(ctx, keep));
     ASSERT_OK(carry(ctx, &c));
-    for (i = 0; i < 6; i++) ASSERT_OK(springls_fill_gaps(ctx));
+    for (i = 0; i < 6; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     ASSERT_GT(springls_count(ctx), kept + 50);
     ASSERT_IN_RANGE((double)kept, total(ctx, c.amount), 1e-3);
     amount = springls_view_attribute(ctx, c.amount);
@@ -259,7 +259,7 @@ TEST merged_springls_add_average_or_keep(void)
     ASSERT_OK(springls_add_attribute(ctx, &sum, values, &sums));
     ASSERT_OK(springls_add_attribute(ctx, &mean, values, &means));
     ASSERT_OK(springls_add_attribute(ctx, &own, values, &owns));
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_LTE(springls_count(ctx), n);
     ASSERT_GT(springls_count(ctx), n / 2);
     ASSERT_IN_RANGE(4.0 * n, total(ctx, sums), 1e-2 * n);
@@ -617,7 +617,7 @@ static greatest_test_res starve(int fail_at, int *failed)
     heap.fail_at = heap.calls + fail_at;
     starved += carry(ctx, &c) == SPRINGLS_OUT_OF_MEMORY;
     for (i = 0; i < 3; i++) {
-        springls_status status = i == 1 ? springls_resample(ctx) : swirled(ctx, 2);
+        springls_status status = i == 1 ? springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE) : swirled(ctx, 2);
         ASSERT(status == SPRINGLS_OK || status == SPRINGLS_OUT_OF_MEMORY);
         starved += status == SPRINGLS_OUT_OF_MEMORY;
         if (springls_attribute_count(ctx) > 0) {

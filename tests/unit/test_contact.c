@@ -326,7 +326,7 @@ TEST contract_keeps_a_gap(float gap, int keep_thin)
     lay_side(ctx, 16.0f - 0.5f * gap, 1);
     lay_side(ctx, 16.0f + 0.5f * gap, -1);
     count = springls_count(ctx);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(gap > 0.0f && keep_thin ? count : 0, springls_count(ctx));
     springls_destroy(ctx);
     PASS();
@@ -346,7 +346,7 @@ TEST contract_keeps_what_another_body_covers(void)
     side = springls_count(ctx);
     lay_side(ctx, 17.0f, 1);
     for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(side, springls_count(ctx));
     for (i = 0; i < side; i++) ASSERT_LT(fixture_particle(ctx, i).z, 16.5f);
     springls_destroy(ctx);
@@ -365,15 +365,15 @@ TEST bricks_for_overlaps_come_again(void)
     ctx = fixture_sphere(32, &p, 20.0f, 20.0f, 20.0f, 5.0f);
     other = fixture_context(32, &p);
     fixture_add(ctx, springls__v3_make(3.0f, 3.0f, 3.0f), springls__v3_make(3.4f, 3.0f, 3.0f), springls__v3_make(3.0f, 3.4f, 3.0f));
-    ASSERT_OK(springls_evolve(ctx));
-    ASSERT_OK(springls_rebuild(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
     block = malloc(size);
     ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
     ASSERT_OK(springls_restore(other, block, size));
     ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
-    ASSERT_OK(springls_evolve(ctx));
-    ASSERT_OK(springls_evolve(other));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
+    ASSERT_OK(springls_run_stage(other, SPRINGLS_STAGE_EVOLVE));
     ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
     free(block);
     springls_destroy(ctx);
@@ -398,7 +398,7 @@ TEST neighbors_are_of_one_body(void)
     lay_side(ctx, 15.9f, 1);
     side = springls_count(ctx);
     lay_side(ctx, 16.1f, -1);
-    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     ASSERT_EQ(0, neighbors_across(ctx, side));
     springls_destroy(ctx);
     PASS();
@@ -417,7 +417,7 @@ TEST neighbors_are_of_their_body(void)
     side = springls_count(ctx);
     lay_side(ctx, 16.1f, 1);
     for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
-    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     ASSERT_EQ(0, neighbors_across(ctx, side));
     springls_destroy(ctx);
     PASS();

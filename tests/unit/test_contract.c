@@ -52,7 +52,7 @@ TEST rule_is_the_papers(void)
         add_shape(ctx, d3_mad(center, dir, radius + off), dir, alpha, beta, 1.0);
     }
     before = fixture_copy(ctx);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     for (i = 0, n = 0; n < 600; n++) {
         fixture_springl s;
         if (bad[n]) {
@@ -89,7 +89,7 @@ TEST limits_are_parameters(void)
     add_shape(ctx, d3_add(top, d3_make(0.0, 1.0, 0.0)), up, 42.0, 42.0, 1.2); /* 2: 96 degrees       */
     add_shape(ctx, d3_add(top, d3_make(1.0, 1.0, 0.0)), up, 60.0, 60.0, 0.8); /* 3: area 0.28        */
     add_shape(ctx, d3_add(top, d3_make(0.5, 1.0, 0.0)), up, 43.5, 43.5, 1.3); /* 4: stays, 93 degrees, area 0.40 */
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(2, springls_count(ctx));
     ASSERT_EQ(0, springls_ids(ctx)[0]);
     ASSERT_EQ(4, springls_ids(ctx)[1]);
@@ -113,7 +113,7 @@ TEST reshape_keeps_the_particle(void)
         add_shape(ctx, d3_mad(center, dir, radius), dir, alpha, 60.0, 1.0);
     }
     before = fixture_copy(ctx);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(200, springls_count(ctx));
     for (i = 0; i < 200; i++) {
         fixture_springl s = fixture_get(ctx, i);
@@ -133,7 +133,7 @@ TEST reshape_keeps_the_particle(void)
         ASSERT(fixture_area(&s) > fixture_area(&before[i]) - 1e-5);
     }
     ASSERT_EQ(reshaped, springls_get_stats(ctx).reshaped);
-    ASSERT_OK(springls_contract(ctx)); /* what was made is good */
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT)); /* what was made is good */
     ASSERT_EQ(reshaped, springls_get_stats(ctx).reshaped);
     ASSERT_EQ(200, springls_count(ctx));
     free(before);
@@ -154,7 +154,7 @@ TEST flat_triangles_are_bad(void)
                     springls__v3_make(16.0f, 15.5f, 25.5f));
         fixture_add(ctx, springls__v3_make(15.5f, 15.5f, 5.5f), springls__v3_make(15.5f, 15.5f, 5.5f),
                     springls__v3_make(15.5f, 15.5f, 5.5f));
-        ASSERT_OK(springls_contract(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
         ASSERT_EQ(reshape ? 2 : 0, springls_count(ctx));
         if (reshape) {
             fixture_springl up = fixture_get(ctx, 0), down = fixture_get(ctx, 1);
@@ -182,7 +182,7 @@ TEST merging_takes_the_younger(void)
     add_shape(ctx, d3_add(top, d3_make(1.5, 0.0, 0.0)), up, 60.0, 60.0, 1.0);   /* 4, at 0.4 from 3, later: goes */
     add_shape(ctx, d3_add(top, d3_make(1.9, 0.0, -0.1)), up, 60.0, 60.0, 1.0);  /* 5, at 0.4 from 4 only: stays  */
     fixture_here(ctx)->set.generation[0] = 3;
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(4, springls_count(ctx));
     ASSERT_EQ(1, springls_ids(ctx)[0]);
     ASSERT_EQ(2, springls_ids(ctx)[1]);
@@ -221,7 +221,7 @@ TEST merging_leaves_no_crowd(bool in_a_row)
         fixture_here(ctx)->set.generation[i] = (uint32_t)i % generations;
     }
     before = fixture_copy(ctx);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     count = springls_count(ctx);
     ASSERT_LT(count, 1400);
     for (i = 0; i < count; i++)
@@ -252,7 +252,7 @@ TEST none_stay_outside_the_grid(void)
     int i;
     fixture_clear(ctx);
     for (i = 0; i < 4; i++) add_shape(ctx, d3_make(15.0 + i, 15.0, (double)heights[i]), d3_make(0.0, 0.0, -1.0), 60.0, 60.0, 1.0);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(1, springls_count(ctx));
     ASSERT_IN_RANGE(-0.5f, fixture_particle(ctx, 0).z, 1e-5f);
     springls_destroy(ctx);

@@ -17,8 +17,8 @@ static springls_status follow(springls_context *ctx, int times)
 {
     springls_status status = SPRINGLS_OK;
     while (status == SPRINGLS_OK && times-- > 0) {
-        status = springls_evolve(ctx);
-        if (status == SPRINGLS_OK) status = springls_rebuild(ctx);
+        status = springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE);
+        if (status == SPRINGLS_OK) status = springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD);
     }
     return status;
 }
@@ -157,7 +157,7 @@ TEST far_voxels_stay(void)
     float *before = fixture_phi(ctx), *after;
     int i, changed = 0;
     ASSERT_OK(fixture_translate(ctx, 0.7f, 0.0f, 0.0f));
-    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
     after = fixture_phi(ctx);
     for (i = 0; i < 32 * 32 * 32; i++) {
         if (fabsf(before[i]) > 1.5f) ASSERT_EQ(before[i], after[i]);

@@ -50,11 +50,11 @@ TEST nothing_to_fill(int which)
     uint64_t hash;
     ASSERT_GT(count, 100);
     worst_gap(ctx, 0.5, &beyond);
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     if (beyond == 0) ASSERT_EQ(count, springls_count(ctx));
     ASSERT_EQ(springls_count(ctx) - count, springls_get_stats(ctx).added);
     hash = springls_state_hash(ctx);
-    ASSERT_OK(springls_fill_gaps(ctx)); /* what it has filled it does not fill again */
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS)); /* what it has filled it does not fill again */
     ASSERT(hash == springls_state_hash(ctx));
     springls_destroy(ctx);
     PASS();
@@ -71,15 +71,15 @@ TEST holes_are_covered(int which, float size)
     const double near = size > 2.0f ? 0.25 : 0.15; /* a fit has little to go by in the middle of a wide hole */
     double worst;
     fixture_springl *old;
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     removed = cut_hole(ctx, d3_make(0.3, -0.5, 0.8), 9.0, (double)size);
     ASSERT_GT(removed, 3);
     before = springls_count(ctx);
     old = fixture_copy(ctx);
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_GT(beyond, 3);
-    ASSERT_OK(springls_fill_gaps(ctx));
-    for (i = 0; which && i < 2; i++) ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
+    for (i = 0; which && i < 2; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     added = springls_count(ctx) - before;
     if (which) ASSERT(added > 0 && added < removed + 3);
     else ASSERT_EQ(beyond, added);
@@ -120,7 +120,7 @@ TEST correspondences_are_near_the_truth(int which)
     cut_hole(ctx, d3_make(-0.3, 0.7, 0.1), 9.0, 1.2);
     cut_hole(ctx, d3_make(0.0, 0.0, -1.0), 9.0, 1.2);
     first = springls_count(ctx);
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     for (i = first; i < springls_count(ctx); i++, n++) {
         double e = d3_distance(d3_of(fixture_particle(ctx, i)), d3_of(fixture_origin(ctx, i)));
         mean += e;
@@ -155,7 +155,7 @@ TEST correspondences_survive_motion(void)
     fixture_keep(ctx, keep);
     free(keep);
     first = springls_count(ctx);
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     ASSERT_GT(springls_count(ctx), first);
     for (i = first; i < springls_count(ctx); i++) {
         d3 back = d3_sub(d3_of(fixture_particle(ctx, i)), d3_make(4.0, 0.0, 0.0));
@@ -176,17 +176,17 @@ TEST room_is_respected(void)
     desc.max_springls = 100000;
     ASSERT_OK(springls_create(&desc, &ctx));
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     cut_hole(ctx, d3_make(0.0, 0.0, 1.0), 9.0, 3.0);
     count = springls_count(ctx);
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_GT(beyond, 10);
     ctx->desc.max_springls = count + 7;
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     ASSERT_EQ(count + 7, springls_count(ctx));
     ASSERT_EQ(beyond - 7, springls_get_stats(ctx).refused);
     ctx->desc.max_springls = 100000;
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_EQ(0, beyond);
     springls_destroy(ctx);
@@ -232,7 +232,7 @@ TEST the_border_is_filled(void)
     fixture_keep(ctx, keep);
     free(keep);
     ASSERT_LT(springls_count(ctx), count - 20);
-    for (i = 0; i < 14; i++) ASSERT_OK(springls_fill_gaps(ctx)); /* from the middle to the sharp edge */
+    for (i = 0; i < 14; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS)); /* from the middle to the sharp edge */
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_EQ_FMT(0, beyond, "%d");
     for (i = 0; i < springls_count(ctx); i++) n += fixture_particle(ctx, i).x < -0.4f;
@@ -309,7 +309,7 @@ TEST seeds_keep_their_distance(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
     int before, i, k;
-    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     ASSERT_GT(cut_hole(ctx, d3_make(0.3, -0.5, 0.8), 9.0, 2.5), 20);
     ASSERT_GT(cut_hole(ctx, d3_make(-0.3, 0.5, 0.1), 9.0, 2.0), 20);
     before = springls_count(ctx);

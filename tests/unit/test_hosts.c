@@ -627,6 +627,8 @@ TEST refusals_give_the_range(void)
     attribute.channels = 1;
     attribute.fill = (springls_policy)8;
     CHECK_CALL(gives_range(ctx, springls_add_attribute(ctx, &attribute, NULL, NULL), "8", "0 to 2"));
+    CHECK_CALL(gives_range(ctx, springls_run_stage(ctx, SPRINGLS_STAGE_ADVECT), "stage 0", "1 to 8"));
+    CHECK_CALL(gives_range(ctx, springls_run_stage(ctx, SPRINGLS_STAGE_COUNT), "13", "1 to 8"));
     step.mode = (springls_mode)6;
     CHECK_CALL(gives_range(ctx, springls_step(ctx, &step), "6", "0 to 2"));
     step.mode = SPRINGLS_MODE_FLUID;

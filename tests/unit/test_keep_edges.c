@@ -250,7 +250,7 @@ TEST splits_stay_on_their_side(void)
     ASSERT_OK(springls_set_params(ctx, &params));
     ASSERT_OK(turn(ctx, 1, &motion));
     count = springls_count(ctx);
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     ASSERT_GT(springls_count(ctx), count + 100);
     p = particle_errors(ctx, &motion);
     ASSERT_LT(p.edge_mean, 0.02);

@@ -94,9 +94,9 @@ TEST stages_change_what_is_not_kept(int kept)
     int i, count = springls_count(ctx), removed = 0, split;
     for (i = 0; i < count; i++) mask[i] = (uint8_t)(mask[i] || kept);
     ASSERT_OK(springls_set_keep_mask(ctx, kept ? mask : NULL));
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     split = springls_count(ctx) - count;
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     stats = springls_get_stats(ctx);
     removed = count + split - springls_count(ctx);
     if (kept) {
@@ -121,7 +121,7 @@ TEST what_is_close_to_a_kept_one_goes(void)
     springls__springl s;
     uint32_t old_id, new_id;
     int count;
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     count = springls_count(ctx);
     s = fixture_here(ctx)->set.s[count / 2];
     old_id = springls_ids(ctx)[count / 2];
@@ -131,7 +131,7 @@ TEST what_is_close_to_a_kept_one_goes(void)
     memset(mask, 0, sizeof mask);
     mask[count] = 1;
     ASSERT_OK(springls_set_keep_mask(ctx, mask));
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(-1, find_id(ctx, old_id));
     ASSERT_GTE(find_id(ctx, new_id), 0);
     springls_destroy(ctx);

@@ -283,7 +283,7 @@ TEST changes_find_phi_there(int which)
         memcpy(place, &first, sizeof place);
         ASSERT_OK(springls_write(ctx, 0, 1, NULL, place));
     } else if (which == 1) {
-        ASSERT_OK(springls_relax(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     } else if (which == 2) {
         ASSERT_OK(springls_set_reference(ctx));
     } else {

@@ -353,11 +353,11 @@ static springls_status advect(life_side *s)
 
 static springls_status stage(life_side *s)
 {
-    static springls_status (*const stages[])(springls_context *) = {
-        springls_relax, springls_contract, springls_resample, springls_evolve, springls_rebuild, springls_fill_gaps,
-        springls_unsigned_to_signed, springls_track, springls_remesh
-    };
-    return stages[choice((int)(sizeof stages / sizeof *stages))](s->ctx);
+    static const springls_stage stages[] = { SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE,
+                                             SPRINGLS_STAGE_EVOLVE, SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS,
+                                             SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, SPRINGLS_STAGE_TRACK };
+    const int count = (int)(sizeof stages / sizeof *stages), i = choice(count + 1);
+    return i < count ? springls_run_stage(s->ctx, stages[i]) : springls_remesh(s->ctx);
 }
 
 static springls_status write_springls(life_side *s)

@@ -44,8 +44,8 @@ TEST evolve_is_the_worlds(int grid)
     ctx = ball_on(grid, &params, 16.0f);
     ASSERT(ctx);
     for (i = 0; i < 20; i++) {
-        ASSERT_OK(springls_evolve(ctx));
-        ASSERT_OK(springls_rebuild(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     }
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     for (i = 0; i < mesh.vertex_count; i++) {

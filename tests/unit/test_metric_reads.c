@@ -280,7 +280,7 @@ TEST materials_are_the_worlds(int grid, bool reference_mesh)
     if (reference_mesh) {
         ASSERT_OK(springls_set_reference_mesh(ctx, original.positions, original.vertex_count, 0, original.triangles,
                                               original.triangle_count, NULL));
-        ASSERT_OK(springls_track(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     } else
         ASSERT_OK(springls_set_mesh(ctx, original.positions, original.vertex_count, 0, original.triangles, original.triangle_count, NULL));
     ASSERT_EQ(original.triangle_count, springls_material_triangle_count(ctx));
@@ -332,7 +332,7 @@ TEST references_are_the_worlds(int grid)
         const springls__v3 p = fixture_particle(ctx, i), a = fixture_origin(ctx, i);
         ASSERT_MEM_EQ(&p, &a, sizeof p);
     }
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     ASSERT_OK(blow(ctx));
     ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_SOUP, far_away, 1, &hit));
     ASSERT_IN_RANGE((double)hit.point[0] - 2.0, (double)hit.material[0], 0.1);
@@ -546,13 +546,13 @@ TEST stages_are_the_worlds(int grid)
     int i;
     ASSERT(ctx);
     for (i = 0; i < 5; i++) {
-        ASSERT_OK(springls_relax(ctx));
-        ASSERT_OK(springls_contract(ctx));
-        ASSERT_OK(springls_resample(ctx));
-        ASSERT_OK(springls_fill_gaps(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     }
     CHECK_CALL(check_ball(ctx, 16.0));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     CHECK_CALL(check_ball(ctx, 16.0));
     kept = (uint8_t *)malloc((size_t)springls_count(ctx));
     memset(kept, 1, (size_t)springls_count(ctx));

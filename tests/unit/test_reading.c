@@ -101,7 +101,7 @@ static double component_volume(springls_context *ctx)
 /* After each stage that moves the level set alone, components are those of the level set. */
 TEST components_are_of_the_present_level_set(void)
 {
-    static springls_status (*const stages[])(springls_context *) = { springls_evolve, springls_rebuild, springls_unsigned_to_signed };
+    static const springls_stage stages[] = { SPRINGLS_STAGE_EVOLVE, SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED };
     springls_params params = springls_default_params();
     springls_context *ctx;
     springls_measures m;
@@ -117,7 +117,7 @@ TEST components_are_of_the_present_level_set(void)
         springls_forces forces = fixture_forces(fixture_wind, grow);
         ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
         ASSERT_EQ(before, component_volume(ctx)); /* advect moves springls alone */
-        ASSERT_OK(stages[i](ctx));
+        ASSERT_OK(springls_run_stage(ctx, stages[i]));
         ASSERT_OK(springls_measure(ctx, &m));
         ASSERT_IN_RANGE(m.volume, component_volume(ctx), 1e-6 * m.volume);
         ASSERT_OK(springls_component_of(ctx, x, 1, &id));
@@ -141,7 +141,7 @@ TEST reading_components_changes_nothing_later(void)
         ctx[k] = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 9.0f);
         ASSERT_OK(springls_combine_implicit(ctx[k], SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &cut));
         if (k == 0) ASSERT_OK(springls_events(ctx[k], &events, &i));
-        ASSERT_OK(springls_evolve(ctx[k]));
+        ASSERT_OK(springls_run_stage(ctx[k], SPRINGLS_STAGE_EVOLVE));
         if (k == 0) ASSERT_OK(springls_events(ctx[k], &events, &i));
         ASSERT_OK(springls_step(ctx[k], &rest));
         ASSERT_OK(springls_events(ctx[k], &events, &count[k]));
@@ -228,7 +228,7 @@ TEST masks_change_no_ids(void)
     }
     ASSERT_OK(springls_write(ctx, 0, springls_count(ctx), NULL, p));
     free(p);
-    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
     ASSERT_OK(springls_components(ctx, &components, &count));
     ASSERT_EQ(2, count);
     id = components[1].id;

@@ -77,7 +77,7 @@ TEST distance_is_restored(int which, double mean_error, double max_error)
     fixture_error error;
     distort(ctx);
     before = fixture_phi(ctx);
-    for (i = 0; i < 2; i++) ASSERT_OK(springls_rebuild(ctx));
+    for (i = 0; i < 2; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     after = fixture_phi(ctx);
     for (i = 0; i < 32 * 32 * 32; i++) {
         d3 x = d3_make(i % 32, i / 32 % 32, i / 1024);
@@ -112,7 +112,7 @@ TEST rebuilding_does_not_creep(int which)
     springls_measures before, after;
     int i;
     ASSERT_OK(springls_measure(ctx, &before));
-    for (i = 0; i < 50; i++) ASSERT_OK(springls_rebuild(ctx));
+    for (i = 0; i < 50; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     ASSERT_OK(springls_measure(ctx, &after));
     ASSERT_IN_RANGE(0.0, (after.volume - before.volume) / before.area, 0.01);
     ASSERT_EQ(before.euler, after.euler);
@@ -132,10 +132,10 @@ TEST remnants_vanish(void)
     for (i = 0; i < 3; i++) /* within 3 to 6 voxels of the surface at z = 7.5, beside each other */
         g->phi[springls__slot_at(g, x + i, y, 11) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x + i, y, 11)] =
             fixture_between(-0.2f, -0.01f);
-    ASSERT_OK(springls_rebuild(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     fixture_here(ctx);
     for (i = 0; i < 3; i++) ASSERT_LT(springls__grid_voxel(g, g->phi, x + i, y, 11), -1.0f);
-    ASSERT_OK(springls_rebuild(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     fixture_here(ctx);
     for (i = 0; i < 3; i++) {
         double exact = sphere_distance(d3_make(x + i, y, 11));
@@ -211,7 +211,7 @@ TEST border_closes_the_surface(void)
     springls_mesh mesh;
     springls__mesh_report report;
     int i;
-    for (i = 0; i < 3; i++) ASSERT_OK(springls_rebuild(ctx));
+    for (i = 0; i < 3; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     report = fixture_report(&mesh);
     ASSERT_EQ(0, report.boundary_edges);
@@ -234,7 +234,7 @@ TEST extremes_are_closed(void)
         springls_measures measures;
         for (i = 0; i < 12 * 12 * 12; i++) phi[i] = k ? (i == 5 + 12 * (6 + 12 * 7) ? -0.5f : 0.5f) : -5.0f;
         ASSERT_OK(springls_set_level_set(ctx, phi));
-        ASSERT_OK(springls_rebuild(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
         ASSERT_OK(springls_measure(ctx, &measures));
         ASSERT_EQ(1, measures.components);
         ASSERT_EQ(2, measures.euler);

@@ -188,7 +188,7 @@ static enum greatest_test_res compare_with_gradient(const springls_params *p, en
     fixture_seed(seed);
     fixture_random_soup(ctx, COUNT, 5.0f, 10.0f, 1.0f);
     before = fixture_copy(ctx);
-    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     for (i = 0; i < COUNT; i++) {
         const frozen f = freeze(before, COUNT, i, r.radius, most_neighbors);
         double g[6], l[3];
@@ -261,7 +261,7 @@ TEST energy_falls(void)
         }
         for (i = 0; i < 60; i++) mask[i] = i != 0;
         ASSERT_OK(springls_set_keep_mask(ctx, mask));
-        ASSERT_OK(springls_relax(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
         s = fixture_get(ctx, 0);
         for (m = 0; m < 3; m++) {
             d3 q = d3_of(s.q[m]);
@@ -326,7 +326,7 @@ TEST every_rule_is_the_formula(int threshold, int weight_kind, int torque)
     fixture_seed(14);
     fixture_random_soup(ctx, 100, 5.0f, 10.0f, 1.0f);
     before = fixture_copy(ctx);
-    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     for (i = 0; i < 100; i++) {
         frozen f = freeze(before, 100, i, r.radius, MOST);
         d3 turn = d3_make(0.0, 0.0, 0.0), g[3];
@@ -372,7 +372,7 @@ TEST every_rule_is_bounded(int threshold, int weight_kind)
     }
     for (round = 0; round < 15; round++) {
         fixture_springl *before = fixture_copy(ctx);
-        ASSERT_OK(springls_relax(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
         for (i = 0; i < springls_count(ctx); i++)
             for (m = 0; m < 3; m++) {
                 double l = d3_distance(d3_of(before[i].q[m]), d3_of(before[i].p));
@@ -429,7 +429,7 @@ TEST equilibrium_stays_and_attracts(int torque)
     gap = rest + radius * 0.5 * (arm - rest); /* (gap - 2r) / R = kappa_int (arm - 2r) */
     ctx = surrounded(&p, center, arm, gap);
     start = fixture_get(ctx, 0);
-    ASSERT_OK(springls_relax(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     end = fixture_get(ctx, 0);
     for (m = 0; m < 3; m++) ASSERT_LT(d3_distance(d3_of(start.q[m]), d3_of(end.q[m])), 1e-5);
     for (m = 0; m < 3; m++) { /* out of the plane and longer */
@@ -438,7 +438,7 @@ TEST equilibrium_stays_and_attracts(int torque)
     }
     ctx->model.set.s[0] = springls__springl_finished(ctx->model.set.s[0]);
     springls__constellation_changed(ctx);
-    for (m = 0; m < 40; m++) ASSERT_OK(springls_relax(ctx));
+    for (m = 0; m < 40; m++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     end = fixture_get(ctx, 0);
     for (m = 0; m < 3; m++) ASSERT_LT(d3_distance(d3_of(start.q[m]), d3_of(end.q[m])), 0.01);
     springls_destroy(ctx);
@@ -468,7 +468,7 @@ TEST torques_differ_by_the_arm(void)
         fixture_add(ctx, springls__v3_make(q[0].x - 0.1f, 8.0f, 8.3f), springls__v3_make(q[0].x + 0.1f, 8.0f, 8.3f),
                     springls__v3_make(q[0].x, 8.0f, 9.3f)); /* straight above the first vertex */
         ASSERT_OK(springls_set_keep_mask(ctx, mask));
-        ASSERT_OK(springls_relax(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
         after = springls__sub(fixture_vertex(ctx, 0, 0), c);
         turned[torque] = atan2((double)after.z, (double)after.x);
         ASSERT_IN_RANGE(0.0, after.y, 1e-6);
@@ -500,8 +500,8 @@ TEST relax_follows_rigid_motion(int set)
         }
         fixture_add_at(two, x[0], x[1], x[2], x[3], x[3]);
     }
-    ASSERT_OK(springls_relax(one));
-    ASSERT_OK(springls_relax(two));
+    ASSERT_OK(springls_run_stage(one, SPRINGLS_STAGE_RELAX));
+    ASSERT_OK(springls_run_stage(two, SPRINGLS_STAGE_RELAX));
     for (i = 0; i < 100; i++)
         for (k = 0; k < 3; k++) {
             d3 from = d3_of(fixture_vertex(one, i, k));
@@ -524,7 +524,7 @@ TEST particles_and_masked_springls_stay(void)
     for (i = 0; i < count; i++) mask[i] = (uint8_t)(i % 3 == 0);
     ASSERT_OK(springls_set_keep_mask(ctx, mask));
     before = fixture_copy(ctx);
-    for (i = 0; i < 3; i++) ASSERT_OK(springls_relax(ctx));
+    for (i = 0; i < 3; i++) ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
     ASSERT_EQ(count, springls_count(ctx));
     for (i = 0; i < count; i++) {
         fixture_springl now = fixture_get(ctx, i);
@@ -559,7 +559,7 @@ TEST relax_same_side_leaves_out_the_other_side(void)
         fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.4f), springls__v3_make(7.0f, 8.0f, 8.4f),
                     springls__v3_make(8.0f, 7.0f, 8.4f));
         without = fixture_vertex(ctx, 0, 0);
-        ASSERT_OK(springls_relax(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RELAX));
         with = fixture_vertex(ctx, 0, 0);
         if (same_side) ASSERT_LT(d3_distance(d3_of(with), d3_of(without)), 1e-6); /* alone it rests: kappa_int is 0 */
         else ASSERT_GT(d3_distance(d3_of(with), d3_of(without)), 1e-3);
@@ -579,7 +579,7 @@ TEST new_parameters_count_at_once(void)
     two = fixture_context(16, &p);
     fixture_seed(17);
     fixture_random_soup(one, 60, 6.0f, 9.0f, 1.0f);
-    ASSERT_OK(springls_relax(one));
+    ASSERT_OK(springls_run_stage(one, SPRINGLS_STAGE_RELAX));
     for (i = 0; i < 60; i++) {
         fixture_springl s = fixture_get(one, i);
         fixture_add_at(two, s.q[0], s.q[1], s.q[2], s.p, s.a);
@@ -588,8 +588,8 @@ TEST new_parameters_count_at_once(void)
     p.max_neighbors = 3;
     ASSERT_OK(springls_set_params(one, &p));
     ASSERT_OK(springls_set_params(two, &p));
-    ASSERT_OK(springls_relax(one));
-    ASSERT_OK(springls_relax(two)); /* never searched with the old range */
+    ASSERT_OK(springls_run_stage(one, SPRINGLS_STAGE_RELAX));
+    ASSERT_OK(springls_run_stage(two, SPRINGLS_STAGE_RELAX)); /* never searched with the old range */
     for (i = 0; i < 60; i++) {
         fixture_springl a = fixture_get(one, i), b = fixture_get(two, i);
         ASSERT_MEM_EQ(a.q, b.q, sizeof a.q);

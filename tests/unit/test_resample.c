@@ -49,7 +49,7 @@ TEST halves_inherit(void)
     int i, k, m, split = 0, next = 400;
     for (i = 0; i < 400; i++) mask[i] = (uint8_t)(i % 4 == 0);
     ASSERT_OK(springls_set_keep_mask(ctx, mask));
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     for (i = 0; i < 400; i++) {
         fixture_springl s[2];
         d3 sum = d3_make(0.0, 0.0, 0.0);
@@ -104,7 +104,7 @@ TEST splitting_ends(void)
     }
     for (rounds = 0; rounds < 20; rounds++) {
         int count = springls_count(ctx);
-        ASSERT_OK(springls_resample(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
         if (count == springls_count(ctx)) break;
     }
     ASSERT_LT(rounds, 8);
@@ -130,7 +130,7 @@ TEST ids_are_never_reused(void)
     for (i = 0; i < 100; i++) seen[springls_ids(ctx)[i]] = 1;
     for (round = 0; round < 6; round++) {
         uint32_t largest = ctx->model.set.next_id;
-        ASSERT_OK(springls_resample(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
         for (i = 0; i < springls_count(ctx); i++) {
             uint32_t id = springls_ids(ctx)[i];
             ASSERT_LT(id, 4096u);
@@ -161,12 +161,12 @@ TEST room_is_respected(void)
         float x = (float)i + 4.0f;
         fixture_add(ctx, springls__v3_make(x, 5.0f, 5.0f), springls__v3_make(x, 9.0f, 5.0f), springls__v3_make(x, 5.0f, 9.0f));
     }
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     ASSERT_EQ(23, springls_count(ctx));
     ASSERT_EQ(3, springls_get_stats(ctx).split);
     ASSERT_EQ(17, springls_get_stats(ctx).refused);
     for (i = 0; i < 20; i++) ASSERT_EQ(i < 3 ? 1u : 0u, springls_generations(ctx)[i]);
-    ASSERT_OK(springls_resample(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
     ASSERT_EQ(23, springls_count(ctx));
     springls_destroy(ctx);
     PASS();
@@ -185,7 +185,7 @@ TEST quadratic_halves_are_exact(void)
         p.placement = rule ? SPRINGLS_PLACEMENT_QUADRATIC : SPRINGLS_PLACEMENT_COPY;
         p.split_edge = 1.1f;
         ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 9.0f);
-        ASSERT_OK(springls_resample(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_RESAMPLE));
         off[rule] = wrong[rule] = 0.0;
         for (i = 0; i < springls_count(ctx); i++) {
             d3 x = d3_of(fixture_particle(ctx, i));

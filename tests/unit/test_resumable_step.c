@@ -240,7 +240,7 @@ static springls_status end_by(scene *s, ender which)
     int count;
     switch (which) {
     case BY_STEP: return springls_step(ctx, &s->step);
-    case BY_STAGE: return springls_relax(ctx);
+    case BY_STAGE: return springls_run_stage(ctx, SPRINGLS_STAGE_RELAX);
     case BY_PARAMS: return springls_set_params(ctx, &p);
     case BY_TIME: springls_set_time(ctx, springls_time(ctx)); return SPRINGLS_OK;
     case BY_MASK: return springls_set_keep_mask(ctx, NULL);

@@ -41,7 +41,7 @@ TEST springls_cover_the_film(void)
     }
     ASSERT_EQ(0, lowest);
     ASSERT_EQ(0, (int)springls_get_stats(ctx).added);
-    ASSERT_EQ(SPRINGLS_OK, springls_fill_gaps(ctx));
+    ASSERT_EQ(SPRINGLS_OK, springls_run_stage(ctx, SPRINGLS_STAGE_FILL_GAPS));
     ASSERT_LT(springls_count(ctx) - count, 10);
     springls_destroy(ctx);
     PASS();

@@ -107,7 +107,7 @@ TEST correspondences_lie_on_the_mesh(int half_spacing)
         for (k = 0; k < 3; k++) away += fabs((double)materials[i].barycentric[k] - 1.0 / 3.0) > 0.01;
     }
     ASSERT_LT(away, b.count / 20); /* triangles that are mere slivers */
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     ASSERT_LT(furthest_origin(ctx, b.center), 0.06);
     free(materials);
     moved_ball_free(ctx, &b);
@@ -135,7 +135,7 @@ TEST new_springls_find_it(void)
     for (i = 0; i < 8; i++) ASSERT_OK(springls_step(ctx, &step));
     ASSERT_GT(springls_get_stats(ctx).split + springls_get_stats(ctx).added, 200);
     ASSERT_LT(furthest_origin(ctx, b.center), 0.15);
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     ASSERT_LT(furthest_origin(ctx, b.center), 0.06);
     moved_ball_free(ctx, &b);
     springls_destroy(ctx);
@@ -219,8 +219,8 @@ TEST snapshots_hold_the_mesh(void)
     all = malloc(all_size);
     ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, all, all_size, &all_size));
     ASSERT_OK(springls_restore(other, all, all_size));
-    ASSERT_OK(springls_track(ctx));
-    ASSERT_OK(springls_track(other));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
+    ASSERT_OK(springls_run_stage(other, SPRINGLS_STAGE_TRACK));
     ASSERT(springls_state_hash(ctx) == springls_state_hash(other));
     ASSERT_LT(furthest_origin(other, b.center), 0.06);
     free(frame);

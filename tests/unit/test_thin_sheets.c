@@ -331,12 +331,12 @@ TEST contract_keeps_the_sheet(void)
                             springls__v3_make(5.0f + 5.0f * (float)i, 5.0f, 26.0f), springls__v3_make(4.5f + 5.0f * (float)i, 6.0f, 26.0f))
             >= 0;
     ASSERT_EQ(3, lone);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(sheet, springls_count(ctx));
     for (i = 0; i < sheet; i++) ASSERT_EQ((uint32_t)i, springls_ids(ctx)[i]);
     paper.keep_thin = 0;
     ASSERT_OK(springls_set_params(ctx, &paper));
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(0, springls_count(ctx));
     springls_destroy(ctx);
     PASS();
@@ -350,7 +350,7 @@ TEST contract_removes_a_wall(void)
     fixture_clear(ctx);
     lay_sheet(ctx, 0.2, 13.0, 18.9, 1);
     lay_sheet(ctx, 1.5, 13.0, 18.9, 1);
-    ASSERT_OK(springls_contract(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_CONTRACT));
     ASSERT_EQ(0, springls_count(ctx));
     springls_destroy(ctx);
     PASS();

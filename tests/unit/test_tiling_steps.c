@@ -1450,7 +1450,7 @@ TEST backends_have_the_same_bits(void)
             }
             ASSERT_OK(springls_tiling_step(tiling[t], &step, NULL));
             if (i % 4 == 0) ASSERT_OK(springls_tiling_measure(tiling[t], measures));
-            if (i == 20) ASSERT_OK(springls_resample(springls_tiling_body(tiling[t], 70)));
+            if (i == 20) ASSERT_OK(springls_run_stage(springls_tiling_body(tiling[t], 70), SPRINGLS_STAGE_RESAMPLE));
             if (i == 36) ASSERT_OK(springls_tiling_join(tiling[t], 70, 3));
         }
         ASSERT(springls_tiling_state_hash(tiling[0]) == springls_tiling_state_hash(tiling[1]));

@@ -111,7 +111,7 @@ TEST memory_does_not_depend_on_the_domain(void)
         ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
         ASSERT_OK(springls_chunks_create(ctx, NULL, &chunks));
         ASSERT_OK(run(ctx, SPRINGLS_MODE_FLUID, 1.5f, 0.5f, 0.0f, 4));
-        ASSERT_OK(springls_unsigned_to_signed(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
         ASSERT_OK(springls_components(ctx, &component, &count));
         ASSERT_EQ(1, count);
         ASSERT_OK(springls_chunks_update(ctx, chunks, &changed, &count));
@@ -190,8 +190,8 @@ TEST a_huge_grid_has_the_bits_of_a_small_one(springls_mode mode)
         ASSERT(table_is_sound(huge));
     }
     ASSERT(same_bits(small, huge));
-    ASSERT_OK(springls_unsigned_to_signed(small));
-    ASSERT_OK(springls_unsigned_to_signed(huge));
+    ASSERT_OK(springls_run_stage(small, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
+    ASSERT_OK(springls_run_stage(huge, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     ASSERT(table_is_sound(huge));
     ASSERT(same_bits(small, huge));
     springls_destroy(small);
@@ -290,7 +290,7 @@ TEST the_ends_of_the_domain_are_closed(void)
     ASSERT_EQ(1, measures.components);
     ASSERT_EQ(2, measures.euler);
     ASSERT_OK(run(ctx, SPRINGLS_MODE_FLUID, 0.5f, -0.5f, 0.5f, 3));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     ASSERT(table_is_sound(ctx));
     springls_destroy(ctx);
     PASS();
@@ -367,7 +367,7 @@ TEST far_bodies_cost_no_more_than_near_ones(void)
     ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(restored));
     ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &third));
     ASSERT(table_is_sound(ctx));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     ASSERT(table_is_sound(ctx));
     ASSERT_OK(springls_measure(ctx, &measures));
     ASSERT_EQ(3, measures.components);
@@ -505,7 +505,7 @@ static int go_through(springls_context *ctx)
     status[n++] = springls_chunks_create(ctx, NULL, &chunks);
     for (i = 0; i < 2; i++) {
         status[n++] = run(ctx, SPRINGLS_MODE_ADVECT_ONLY, 12.0f, 15.0f, 12.0f, 1);
-        status[n++] = springls_unsigned_to_signed(ctx);
+        status[n++] = springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED);
         if (chunks) status[n++] = springls_chunks_update(ctx, chunks, &changed, &count);
     }
     status[n++] = springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &other);

@@ -33,7 +33,7 @@ TEST projection_converges(void)
                       / d3_distance(d3_of(ctx->model.set.a[i]), center),
                   0.9995);
     }
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     for (i = 0; i < count; i++) ASSERT_IN_RANGE(10.0, d3_distance(d3_of(fixture_origin(ctx, i)), center), 0.03);
     springls_destroy(ctx);
     PASS();
@@ -45,17 +45,17 @@ TEST reference_is_what_was_set(void)
     springls_context *ctx = fixture_sphere(32, NULL, 13.5f, 15.5f, 15.5f, 8.0f);
     int i;
     ASSERT_OK(fixture_translate(ctx, 4.0f, 0.0f, 0.0f));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     for (i = 0; i < springls_count(ctx); i++) {
         springls__v3 *a = &fixture_here(ctx)->set.a[i];
         *a = springls__add(*a, springls__v3_make(0.0f, 0.0f, 0.5f));
     }
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     for (i = 0; i < springls_count(ctx); i++)
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(fixture_origin(ctx, i)), d3_make(13.5, 15.5, 15.5)), 0.1);
     for (i = 0; i < 6; i++) {
-        ASSERT_OK(springls_evolve(ctx));
-        ASSERT_OK(springls_rebuild(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     }
     ASSERT_OK(springls_set_reference(ctx));
     for (i = 0; i < springls_count(ctx); i++) {
@@ -63,7 +63,7 @@ TEST reference_is_what_was_set(void)
         ASSERT_MEM_EQ(&p, &a, sizeof a);
         fixture_here(ctx)->set.a[i] = springls__add(a, springls__v3_make(0.0f, 0.5f, 0.0f));
     }
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     for (i = 0; i < springls_count(ctx); i++) { /* onto the zero level as it is now, four voxels further */
         springls__v3 a = fixture_origin(ctx, i);
         const springls__grid *g = &fixture_here(ctx)->grid;

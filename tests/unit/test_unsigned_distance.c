@@ -101,7 +101,7 @@ TEST omega_is_never_stale(void)
     springls__v3 corner = springls__v3_make(9.5f, 9.5f, 4.5f);
     uint8_t *keep;
     int i;
-    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
     ASSERT_OK(fixture_translate(ctx, 0.0f, 0.0f, 1.0f));
     ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(fixture_distance(ctx, d3_make(9.0, 9.0, 4.0)), springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);

@@ -70,7 +70,7 @@ TEST the_border_reaches_the_background(int shape, int missing_percent)
     float *phi;
     int i, inside = 0, outside = 0;
     ASSERT_GT(springls_count(ctx), 500);
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     phi = fixture_phi(ctx);
     for (i = 0; i < size * size * size; i++) {
         d3 x = voxel(i);
@@ -99,7 +99,7 @@ TEST voxels_are_on_their_side(int shape, int missing_percent, double tolerance)
     float *phi;
     int i, inside = 0, outside = 0;
     ASSERT_GT(springls_count(ctx), 300);
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     phi = fixture_phi(ctx);
     for (i = 0; i < size * size * size; i++) {
         double d = exact(shape, voxel(i));
@@ -133,7 +133,7 @@ TEST turned_springls_do_little_harm(void)
     }
     ASSERT_GT(turned, 50);
     springls__constellation_changed(ctx);
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     phi = fixture_phi(ctx);
     for (i = 0; i < size * size * size; i++) {
         double d = exact(SPHERE, voxel(i));
@@ -153,10 +153,10 @@ TEST zero_level_is_on_the_springls(int which, int shape, int euler, int componen
     springls_mesh mesh;
     double mean = 0.0, worst = 0.0;
     int i;
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     for (i = 0; !which && i < 12; i++) {
-        ASSERT_OK(springls_evolve(ctx));
-        ASSERT_OK(springls_rebuild(ctx));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_EVOLVE));
+        ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_REBUILD));
     }
     ASSERT_OK(springls_measure(ctx, &measures));
     ASSERT_EQ_FMT(components, measures.components, "%d");
@@ -185,8 +185,8 @@ TEST phi_before_does_not_matter(int which)
     int i;
     for (i = 0; i < g->slot_count * SPRINGLS__BRICK_VOXELS; i++)
         g->phi[i] = i >= 2 * SPRINGLS__BRICK_VOXELS && i % 7 == 0 ? -1.0f : g->phi[i];
-    ASSERT_OK(springls_unsigned_to_signed(one));
-    ASSERT_OK(springls_unsigned_to_signed(two));
+    ASSERT_OK(springls_run_stage(one, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
+    ASSERT_OK(springls_run_stage(two, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     a = fixture_phi(one);
     b = fixture_phi(two);
     ASSERT_MEM_EQ(a, b, (size_t)size * (size_t)size * (size_t)size * sizeof *a);
@@ -202,11 +202,11 @@ TEST springls_may_be_outside(void)
 {
     springls_context *ctx = make(1, SPHERE, 0);
     ASSERT_OK(fixture_translate(ctx, 100.0f, 0.0f, 0.0f));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     ASSERT_OK(fixture_translate(ctx, -120.0f, 0.0f, 0.0f));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     fixture_clear(ctx);
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_unsigned_to_signed(ctx));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     springls_destroy(ctx);
     PASS();
 }

@@ -500,7 +500,7 @@ TEST inputs_of_the_world_meet_the_model(void)
     ASSERT_OK(springls_set_reference_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
     ASSERT_MEM_EQ(before, springls_view_correspondences(ctx).data, sizeof before);
     springls_mesh_free(ctx, &mesh);
-    ASSERT_OK(springls_track(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_TRACK));
     ASSERT_LT(d3_distance(d3_of(fixture_origin(ctx, 0)), d3_make(before[0], before[1], before[2])), 0.1);
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     springls_mesh_free(ctx, &mesh);

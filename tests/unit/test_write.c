@@ -165,7 +165,7 @@ TEST unsigned_to_signed_follows(void)
     double volume, before;
     d3 old = center_of_mass(ctx, &before), now;
     ASSERT_OK(shift(ctx, 0, springls_count(ctx), 8.0f, 0.0f, 0.0f, BOTH));
-    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT_OK(springls_run_stage(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED));
     now = center_of_mass(ctx, &volume);
     ASSERT_IN_RANGE(old.x + 8.0, now.x, 0.1);
     springls_destroy(ctx);
