@@ -3515,6 +3515,12 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* cell_key. first: number of the first springl. */
+typedef struct springls__cell_key_arguments { int first; } springls__cell_key_arguments;
+
+/* asleep. listed: 1 where the keys of cells are up to date. */
+typedef struct springls__asleep_arguments { int listed; } springls__asleep_arguments;
+
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
@@ -3582,6 +3588,8 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__cell_key_arguments cell_key;
+    springls__asleep_arguments asleep;
     springls__stir_arguments stir;
     springls__extent_arguments extent;
     springls__relax_arguments relax;
@@ -4350,6 +4358,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
     int some_asleep;        /* 0: all bricks are awake                                               */
+    int phi_kept;           /* 1: phi_next has phi in the bricks that are asleep                     */
     springls__metric metric;
 } springls__grid;
 
@@ -4534,7 +4543,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
-    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
+    X(int, some_asleep, grid.some_asleep) X(int, phi_kept, grid.phi_kept) X(int, asleep_count, cells.asleep_count)                \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \
     X(springls__metric, metric, grid.metric)
 
@@ -5214,11 +5223,24 @@ SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v
     return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);
 }
 
-/* Finds whether springl i is asleep, as its brick is. */
+/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
+#define SPRINGLS__LARGE_KEY 0xffffffffu
+#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
+
+SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
+
+/* Values of ASLEEP, whose others are 0, awake, and 1, asleep: in a brick that is awake, but an edit passes over it (tools/completion.h);
+   asleep, and so are all bricks around. */
+#define SPRINGLS__UNREACHED 2
+#define SPRINGLS__FAST_ASLEEP 3
+
+/* Finds whether springl i is asleep, as its brick is. The key of its cell tells the brick, where the cell list is up to date. */
 SPRINGLS__MATHS void springls__asleep_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    model->cells.asleep[i] = !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+    const springls__grid *g = &model->grid;
+    const uint32_t key = args.asleep.listed ? model->cells.key[i] : SPRINGLS__LARGE_KEY;
+    const int slot = springls__is_in_cell(key) ? (int)((key - 1u) / SPRINGLS__CELLS) : springls__slot_of_place(g, model->set.s[i].p);
+    model->cells.asleep[i] = g->awake[slot] ? 0 : g->near_awake[slot] ? 1 : SPRINGLS__FAST_ASLEEP;
 }
 
 /* Returns true when springl i is asleep: stages leave it as it is. */
@@ -5234,6 +5256,12 @@ SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *mo
     if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
 }
 
+/* Returns true when springl i, asleep, was out of reach of those awake when that was last found. */
+SPRINGLS__MATHS bool springls__is_listed_fast_asleep(const springls__model *model, int i)
+{
+    return springls__is_asleep(model, i) && model->cells.asleep[i] == SPRINGLS__FAST_ASLEEP;
+}
+
 /* Returns true when a particle is out of reach of the springls that are awake. */
 SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
 {
@@ -5246,14 +5274,14 @@ SPRINGLS__MATHS bool springls__is_brick_asleep(const springls__grid *g, int i)
     return g->some_asleep && !g->awake[g->active[i]];
 }
 
-/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+/* Returns true when active brick i is asleep; sees to it that phi_next has its phi. */
 SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
     if (!springls__is_brick_asleep(g, i)) return false;
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    for (row = model->group.item; !g->phi_kept && row < SPRINGLS__ROWS; row += model->group.items)
         springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;
 }
@@ -5440,12 +5468,6 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
     return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
-/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
-#define SPRINGLS__LARGE_KEY 0xffffffffu
-#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
-
-SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
-
 /* Returns whether a springl of this bounding radius is too large for cells. */
 SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 {
@@ -5453,19 +5475,19 @@ SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
     return bounding_radius > largest;
 }
 
-/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
+/* Finds the key of particle args.cell_key.first + i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    const int n = args.cell_key.first + i;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
     int at[3], slot;
     uint32_t key;
-    (void)args;
     springls__voxel_of_place(g, s->p, at);
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
+    model->cells.key[n] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -6665,6 +6687,7 @@ typedef struct springls__work {
     bool on_device;         /* its kernels run on the backend, if there is one                                  */
     int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
+    bool keeps_phi;         /* the kernel at work, or the last one, sees to it that phi_next has phi where bricks are asleep */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
@@ -6785,6 +6808,7 @@ struct springls_context {
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
+    int keyed;              /* the first so many springls have the keys of their cells; triangles may have changed since */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */
@@ -6993,6 +7017,13 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 #define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
     (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
 
+/* Notes that phi_next may not have phi in all bricks that are asleep. */
+SPRINGLS__FN void springls__phi_not_kept(springls_context *ctx)
+{
+    ctx->work.keeps_phi = false;
+    ctx->model.grid.phi_kept = 0;
+}
+
 /* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. Kernels and
    springls__to_host do so by the arrays that they declare; what swaps, clears or puts back whole arrays does so itself. */
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
@@ -7000,6 +7031,16 @@ SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(S) | SPRINGLS__BIT(EDGE))) ctx->shape_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(AWAKE))) springls__phi_not_kept(ctx);
+}
+
+/* Replaces phi by phi_next. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    const bool kept = ctx->work.keeps_phi;
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
+    ctx->model.grid.phi_kept = kept;
 }
 
 /* Returns the version of what components are found from: the level set or, where the surface is what springls hold, those too. */
@@ -9582,10 +9623,12 @@ SPRINGLS__MATHS void springls__edge_cells_element(const springls__model *model, 
             if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);
 }
 
-/* Notes the normal of springl i, and whether it lay at an edge before. */
+/* Notes the normal of springl i, and whether it lay at an edge before, if one that is awake may ask. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
+    springls__was_at_edge(model)[i] = 0;
+    if (springls__is_listed_fast_asleep(model, i)) return;
     springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
@@ -9642,7 +9685,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */
     const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
-    springls__springl s = model->set.s[i];
+    springls__springl s;
     springls__sample_set samples;
     springls__fit_result fit;
     springls__sides sides;
@@ -9652,6 +9695,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
+    s = model->set.s[i];
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
     sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);
@@ -10770,9 +10814,10 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
     int in_cells = model->set.count - model->cells.unbinned_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];
-    springls__springl s = model->set.s[n];
+    springls__springl s;
     (void)args;
-    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
+    if (i < in_cells && springls__is_listed_fast_asleep(model, (int)n)) return;
+    s = model->set.s[n];
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);
@@ -11427,14 +11472,15 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
 }
 
 /* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
-SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
+SPRINGLS__VEC_MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
     uint32_t mask = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
-            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            for (x = 0; x < 8; x += SPRINGLS__LANES)
+                row |= springls__vec_bits(springls__vec_fabs(springls__vec_load(phi + x + 8 * y + 64 * z)) < half_width) << x;
             if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return mask;
@@ -14194,18 +14240,29 @@ SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
     return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
 }
 
+/* Returns whether a kernel computes phi_next from phi, and leaves phi as it is in bricks that are asleep (springls__keeps_phi). */
+SPRINGLS__FN bool springls__kernel_keeps_phi(springls__kernel kernel)
+{
+    return kernel == SPRINGLS__KERNEL_redistance || kernel == SPRINGLS__KERNEL_project || kernel == SPRINGLS__KERNEL_join_parts
+           || kernel == SPRINGLS__KERNEL_specks;
+}
+
 /* Runs the kernel of an entry: in pieces, or to its end if its elements meet, which they do in order, or if a device runs it. */
 SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
 {
     const springls__kernel kernel = (springls__kernel)entry->what;
     const springls__kernel_info *info = &springls__kernels[kernel];
-    const int count = springls__extent_of(ctx, entry->other);
+    const int count = springls__extent_of(ctx, entry->other), phi_kept = ctx->model.grid.phi_kept;
     springls__arguments args;
     memset(&args, 0, sizeof args);
     if (entry->arguments) (entry->arguments)(ctx, &args);
     if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count, info->grain));
     if (info->ordered) springls__run(ctx, kernel, count, &args);
     else springls__loop(ctx, kernel, count, &args);
+    if (springls__kernel_keeps_phi(kernel)) { /* which copies that to phi_next once, and not in each sweep */
+        ctx->work.keeps_phi = true;
+        ctx->model.grid.phi_kept = phi_kept;
+    }
     return SPRINGLS_OK;
 }
 
@@ -14220,6 +14277,10 @@ SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
     case SPRINGLS__ENTRY_ROOM:
         return springls__array_grow(ctx, (springls__array)entry->what, (size_t)springls__extent_of(ctx, entry->other), entry->element, 0);
     case SPRINGLS__ENTRY_SWAP:
+        if (entry->what == SPRINGLS__ARRAY_PHI) {
+            springls__swap_phi(ctx);
+            return SPRINGLS_OK;
+        }
         springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
         springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
         return SPRINGLS_OK;
@@ -14247,6 +14308,7 @@ SPRINGLS__FN void springls__unwind(springls_context *ctx)
 {
     while (ctx->work.depth > 0) springls__leave(ctx);
     memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->model.grid.phi_kept = 0;
 }
 
 /* Runs a table under the clock of a stage (-1: none) to its end, also from inside an entry of another one. */
@@ -14255,11 +14317,13 @@ SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stag
     const springls__work outer = ctx->work;
     springls_status status;
     memset(&ctx->work, 0, sizeof ctx->work);
+    springls__phi_not_kept(ctx);
     ctx->work.on_device = ctx->on_device;
     springls__enter(ctx, table, stage);
     status = springls__resume(ctx, NULL);
     springls__unwind(ctx);
     ctx->work = outer;
+    springls__phi_not_kept(ctx);
     return status;
 }
 
@@ -14272,6 +14336,7 @@ SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const sp
 SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
 {
     memset(&ctx->work, 0, sizeof ctx->work);
+    springls__phi_not_kept(ctx);
     springls__enter(ctx, table, -1);
     ctx->work.on_device = true;
     ctx->step.active = true;
@@ -14649,21 +14714,38 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 /* Finds which springls are asleep. */
 SPRINGLS__FN void springls__find_sleepers(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_asleep, ctx->model.set.count, NULL);
+    springls__arguments args;
+    args.asleep.listed = ctx->keyed == ctx->model.set.count;
+    springls__run(ctx, SPRINGLS__KERNEL_asleep, ctx->model.set.count, &args);
     ctx->model.cells.asleep_count = ctx->model.set.count;
 }
 
-/* Drops the springls whose contract_action is REMOVE, one after the other. */
+/* Moves `count` springls from number `from` on to number `to` on, with the keys of their cells if all have them. */
+SPRINGLS__FN void springls__move_springls(springls_context *ctx, int to, int from, int count)
+{
+    springls__model *model = &ctx->model;
+#define SPRINGLS__MOVE_MEMBER(name, type, block, owner, member)                                                                  \
+    memmove(model->owner.member + to, model->owner.member + from, (size_t)count * sizeof *model->owner.member);
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__MOVE_MEMBER)
+    if (ctx->keyed == model->set.count) SPRINGLS__MOVE_MEMBER(KEY, uint32_t, 1, cells, key)
+#undef SPRINGLS__MOVE_MEMBER
+}
+
+/* Drops the springls whose contract_action is REMOVE: those behind each move up. */
 SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 {
-    const uint8_t *action = springls__contract_action(&ctx->model);
-    int i, n = 0;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (action[i] == SPRINGLS__REMOVE) continue;
-        if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
-        n++;
+    const int count = ctx->model.set.count;
+    const uint8_t *action = springls__contract_action(&ctx->model), *removed;
+    int from, end, n;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS | SPRINGLS__BIT(KEY)));
+    removed = (const uint8_t *)memchr(action, SPRINGLS__REMOVE, (size_t)count);
+    for (n = from = removed ? (int)(removed - action) : count; from < count; n += end - from, from = end) {
+        while (from < count && action[from] == SPRINGLS__REMOVE) from++;
+        removed = from < count ? (const uint8_t *)memchr(action + from, SPRINGLS__REMOVE, (size_t)(count - from)) : NULL;
+        end = removed ? (int)(removed - action) : count;
+        if (from < end) springls__move_springls(ctx, n, from, end - from);
     }
+    ctx->keyed = ctx->keyed == count ? n : 0;
     ctx->model.set.count = n;
     return SPRINGLS_OK;
 }
@@ -14678,6 +14760,7 @@ SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
     if (kept == count) return SPRINGLS_OK;
+    ctx->keyed = 0;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
     springls__run(ctx, SPRINGLS__KERNEL_compact_out, count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_compact_in, kept, NULL);
@@ -14755,7 +14838,11 @@ SPRINGLS__FN void springls__insert_args(const springls_context *ctx, springls__a
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */
-SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
+SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx)
+{
+    ctx->cells_fresh = ctx->particles_listed = false;
+    ctx->keyed = 0;
+}
 
 /* Notes that springls have moved: particles may be in other cells, too. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
@@ -14769,6 +14856,13 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
     ctx->neighbors_uses = 0;
+}
+
+/* Notes that springls have been added behind the others, or removed, and that the first `keyed` are in the cells that they were in. */
+SPRINGLS__FN void springls__constellation_changed_behind(springls_context *ctx, int keyed)
+{
+    springls__constellation_changed(ctx);
+    ctx->keyed = keyed;
 }
 
 /* ======== >>algorithms  (src/runtime/algorithms.h) ============================================================= */
@@ -15091,13 +15185,6 @@ SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__mo
 
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
 /* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
-
-/* Replaces phi by phi_next. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
-{
-    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
-    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
-}
 
 /* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
@@ -15697,12 +15784,15 @@ SPRINGLS__FN bool springls__update_radii(springls_context *ctx)
 SPRINGLS__FN void springls__count_cells(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, count, NULL);
+    springls__arguments args;
+    args.cell_key.first = ctx->keyed;
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, count - ctx->keyed, &args);
     springls__run(ctx, SPRINGLS__KERNEL_counts_clear, SPRINGLS__COUNT_BRICKS, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_cells_clear, ctx->model.grid.active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_cells_count, count, NULL);
     springls__note_counts(ctx, SPRINGLS__COUNT_OUTSIDE, SPRINGLS__COUNT_BRICKS);
     ctx->particles_outside = (int)springls__count_found(ctx, SPRINGLS__COUNT_OUTSIDE);
+    ctx->keyed = ctx->particles_outside ? 0 : count; /* bricks that come change the keys of those outside */
     ctx->model.cells.bounding_radius = springls__float_of_bits((int32_t)springls__count_found(ctx, SPRINGLS__COUNT_RADIUS));
     ctx->model.cells.unbinned_count = (int)springls__count_found(ctx, SPRINGLS__COUNT_UNBINNED);
 }
@@ -15726,15 +15816,30 @@ SPRINGLS__FN springls_status springls__list_cells(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns whether the list is as it would be built now, after bricks have come or gone: no springl was in those that went. */
+SPRINGLS__FN bool springls__cell_list_survives(const springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i, count = 0;
+    if (ctx->on_device || !ctx->particles_listed || ctx->particles_outside || ctx->model.cells.unbinned_count) return false;
+    for (i = 0; i < g->active_count; i++) {
+        const uint32_t *cell = springls__cells_of(g, g->active[i]);
+        count += (int)(cell[SPRINGLS__CELLS - 1] - cell[0]);
+    }
+    return count == ctx->model.set.count;
+}
+
 /* Builds the lists if springls have changed since they were built. ctx->particles_outside: how many lie outside active bricks. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     const size_t n = (size_t)ctx->model.set.count;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, n + 1, (size_t)ctx->keyed));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     ctx->cells_fresh = ctx->particles_listed && springls__update_radii(ctx);
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    if (ctx->particles_listed) ctx->keyed = 0; /* a springl has become too large for its cell, or is no longer */
     ctx->particles_listed = false; /* until all of the list is new */
     springls__count_cells(ctx);
     SPRINGLS__TRY(springls__list_cells(ctx));
@@ -22187,7 +22292,7 @@ SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
     int count = ctx->model.set.count, added = springls__count_stored(ctx);
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, count));
     return springls__attributes_after_fill(ctx, count);
 }
 
@@ -22266,7 +22371,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, first));
 }
 
 SPRINGLS__FN bool springls__fills_from_springls(const springls_context *ctx) { return ctx->model.params.fill_from_springls != 0; }
@@ -22314,8 +22419,8 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 SPRINGLS__FN springls_status springls__change_band(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_band, ctx->model.grid.active_count, false));
-    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS) + springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED) > 0)
-        springls__discard_cell_list(ctx);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS) + springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED) > 0
+        && !springls__cell_list_survives(ctx)) springls__discard_cell_list(ctx);
     return SPRINGLS_OK;
 }
 
@@ -38044,6 +38149,12 @@ static const char *const springls__kernel_lines[] = {
     "/* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */\n",
     "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
     "\n",
+    "/* cell_key. first: number of the first springl. */\n",
+    "typedef struct springls__cell_key_arguments { int first; } springls__cell_key_arguments;\n",
+    "\n",
+    "/* asleep. listed: 1 where the keys of cells are up to date. */\n",
+    "typedef struct springls__asleep_arguments { int listed; } springls__asleep_arguments;\n",
+    "\n",
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
@@ -38111,6 +38222,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__insert_arguments insert;\n",
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
+    "    springls__cell_key_arguments cell_key;\n",
+    "    springls__asleep_arguments asleep;\n",
     "    springls__stir_arguments stir;\n",
     "    springls__extent_arguments extent;\n",
     "    springls__relax_arguments relax;\n",
@@ -38131,7 +38244,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 3607 \"springls.h\"\n",
+    "#line 3615 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -38186,7 +38299,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3663 \"springls.h\"\n",
+    "#line 3671 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -38275,7 +38388,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot, or of a brick of a contour                         */\n",
-    "#line 3753 \"springls.h\"\n",
+    "#line 3761 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -38287,7 +38400,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3765 \"springls.h\"\n",
+    "#line 3773 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38302,7 +38415,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3781 \"springls.h\"\n",
+    "#line 3789 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38378,7 +38491,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3857 \"springls.h\"\n",
+    "#line 3865 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38393,7 +38506,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3872 \"springls.h\"\n",
+    "#line 3880 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -38469,7 +38582,7 @@ static const char *const springls__kernel_lines[] = {
     "    of_edges = SPRINGLS__W(min)(of_edges, SPRINGLS__W(segment_closest2)(t.c, t.a, x));\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, of_face, of_edges);\n",
     "}\n",
-    "#line 3948 \"springls.h\"\n",
+    "#line 3956 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -38548,7 +38661,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 4027 \"springls.h\"\n",
+    "#line 4035 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38563,7 +38676,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 4043 \"springls.h\"\n",
+    "#line 4051 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38630,7 +38743,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4110 \"springls.h\"\n",
+    "#line 4118 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38645,7 +38758,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4125 \"springls.h\"\n",
+    "#line 4133 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -38712,7 +38825,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 4193 \"springls.h\"\n",
+    "#line 4201 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -38873,6 +38986,7 @@ static const char *const springls__kernel_lines[] = {
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
+    "    int phi_kept;           /* 1: phi_next has phi in the bricks that are asleep                     */\n",
     "    springls__metric metric;\n",
     "} springls__grid;\n",
     "\n",
@@ -39057,7 +39171,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \\\n",
-    "    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \\\n",
+    "    X(int, some_asleep, grid.some_asleep) X(int, phi_kept, grid.phi_kept) X(int, asleep_count, cells.asleep_count)                \\\n",
     "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \\\n",
     "    X(springls__metric, metric, grid.metric)\n",
     "\n",
@@ -39098,7 +39212,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 4580 \"springls.h\"\n",
+    "#line 4589 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -39736,11 +39850,24 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);\n",
     "}\n",
     "\n",
-    "/* Finds whether springl i is asleep, as its brick is. */\n",
+    "/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */\n",
+    "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
+    "#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }\n",
+    "\n",
+    "/* Values of ASLEEP, whose others are 0, awake, and 1, asleep: in a brick that is awake, but an edit passes over it (tools/completion.h);\n",
+    "   asleep, and so are all bricks around. */\n",
+    "#define SPRINGLS__UNREACHED 2\n",
+    "#define SPRINGLS__FAST_ASLEEP 3\n",
+    "\n",
+    "/* Finds whether springl i is asleep, as its brick is. The key of its cell tells the brick, where the cell list is up to date. */\n",
     "SPRINGLS__MATHS void springls__asleep_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    (void)args;\n",
-    "    model->cells.asleep[i] = !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const uint32_t key = args.asleep.listed ? model->cells.key[i] : SPRINGLS__LARGE_KEY;\n",
+    "    const int slot = springls__is_in_cell(key) ? (int)((key - 1u) / SPRINGLS__CELLS) : springls__slot_of_place(g, model->set.s[i].p);\n",
+    "    model->cells.asleep[i] = g->awake[slot] ? 0 : g->near_awake[slot] ? 1 : SPRINGLS__FAST_ASLEEP;\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is asleep: stages leave it as it is. */\n",
@@ -39756,6 +39883,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
+    "/* Returns true when springl i, asleep, was out of reach of those awake when that was last found. */\n",
+    "SPRINGLS__MATHS bool springls__is_listed_fast_asleep(const springls__model *model, int i)\n",
+    "{\n",
+    "    return springls__is_asleep(model, i) && model->cells.asleep[i] == SPRINGLS__FAST_ASLEEP;\n",
+    "}\n",
+    "\n",
     "/* Returns true when a particle is out of reach of the springls that are awake. */\n",
     "SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)\n",
     "{\n",
@@ -39768,14 +39901,14 @@ static const char *const springls__kernel_lines[] = {
     "    return g->some_asleep && !g->awake[g->active[i]];\n",
     "}\n",
     "\n",
-    "/* Returns true when active brick i is asleep, and copies its phi to phi_next. */\n",
+    "/* Returns true when active brick i is asleep; sees to it that phi_next has its phi. */\n",
     "SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
     "    if (!springls__is_brick_asleep(g, i)) return false;\n",
-    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "    for (row = model->group.item; !g->phi_kept && row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));\n",
     "    return true;\n",
     "}\n",
@@ -39807,7 +39940,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 5290 \"springls.h\"\n",
+    "#line 5318 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -39961,12 +40094,6 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);\n",
     "}\n",
     "\n",
-    "/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */\n",
-    "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
-    "#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }\n",
-    "\n",
     "/* Returns whether a springl of this bounding radius is too large for cells. */\n",
     "SPRINGLS__MATHS bool springls__is_large(float bounding_radius)\n",
     "{\n",
@@ -39974,19 +40101,19 @@ static const char *const springls__kernel_lines[] = {
     "    return bounding_radius > largest;\n",
     "}\n",
     "\n",
-    "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
+    "/* Finds the key of particle args.cell_key.first + i: its cell, counted through all slots, plus 1 for the scan. */\n",
     "SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "    const int n = args.cell_key.first + i;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
     "    int at[3], slot;\n",
     "    uint32_t key;\n",
-    "    (void)args;\n",
     "    springls__voxel_of_place(g, s->p, at);\n",
     "    slot = springls__slot_at(g, at[0], at[1], at[2]);\n",
     "    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;\n",
     "    if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;\n",
+    "    model->cells.key[n] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
@@ -40067,7 +40194,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 5551 \"springls.h\"\n",
+    "#line 5573 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -40269,7 +40396,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5754 \"springls.h\"\n",
+    "#line 5776 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -40386,7 +40513,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5872 \"springls.h\"\n",
+    "#line 5894 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -40584,7 +40711,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 6070 \"springls.h\"\n",
+    "#line 6092 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40599,7 +40726,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6086 \"springls.h\"\n",
+    "#line 6108 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -40800,7 +40927,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6287 \"springls.h\"\n",
+    "#line 6309 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -40815,7 +40942,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6302 \"springls.h\"\n",
+    "#line 6324 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -41016,7 +41143,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 7135 \"springls.h\"\n",
+    "#line 7176 \"springls.h\"\n",
     "/* collectives.h - what elements do together: sums, scans, lists. Where elements meet, at a counter or in a list, a device has them in an\n",
     "   order left to chance, and nothing may depend on it: counts are sums, places follow from scans over chunks, and numbers are\n",
     "   sorted within each list. The host runs the elements that meet in order (SPRINGLS__ORDERED_KERNELS). */\n",
@@ -41416,7 +41543,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
-    "#line 7535 \"springls.h\"\n",
+    "#line 7576 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41431,7 +41558,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7551 \"springls.h\"\n",
+    "#line 7592 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41460,7 +41587,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7580 \"springls.h\"\n",
+    "#line 7621 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -41475,7 +41602,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7595 \"springls.h\"\n",
+    "#line 7636 \"springls.h\"\n",
     "/* winding_body.h - solid angles of triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -41504,10 +41631,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM angle = la * lb * lc + SPRINGLS__W(dot)(a, b) * lc + SPRINGLS__W(dot)(b, c) * la + SPRINGLS__W(dot)(c, a) * lb;\n",
     "    return 2.0f * SPRINGLS__W(atan2)(volume, angle);\n",
     "}\n",
-    "#line 7625 \"springls.h\"\n",
+    "#line 7666 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "#line 7629 \"springls.h\"\n",
+    "#line 7670 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -41595,7 +41722,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps->count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 7718 \"springls.h\"\n",
+    "#line 7759 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -41735,7 +41862,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 7859 \"springls.h\"\n",
+    "#line 7900 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -41840,7 +41967,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7965 \"springls.h\"\n",
+    "#line 8006 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -42169,7 +42296,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 8295 \"springls.h\"\n",
+    "#line 8336 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -42199,7 +42326,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 8325 \"springls.h\"\n",
+    "#line 8366 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42214,7 +42341,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8341 \"springls.h\"\n",
+    "#line 8382 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42383,7 +42510,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8510 \"springls.h\"\n",
+    "#line 8551 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42398,7 +42525,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8525 \"springls.h\"\n",
+    "#line 8566 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -42567,7 +42694,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 8694 \"springls.h\"\n",
+    "#line 8735 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -42621,7 +42748,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 8749 \"springls.h\"\n",
+    "#line 8790 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -42647,7 +42774,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 8775 \"springls.h\"\n",
+    "#line 8816 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42662,7 +42789,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 8791 \"springls.h\"\n",
+    "#line 8832 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42745,7 +42872,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8874 \"springls.h\"\n",
+    "#line 8915 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -42760,7 +42887,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 8889 \"springls.h\"\n",
+    "#line 8930 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -42843,7 +42970,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 8972 \"springls.h\"\n",
+    "#line 9013 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -42917,7 +43044,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 9047 \"springls.h\"\n",
+    "#line 9088 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -43456,10 +43583,12 @@ static const char *const springls__kernel_lines[] = {
     "            if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);\n",
     "}\n",
     "\n",
-    "/* Notes the normal of springl i, and whether it lay at an edge before. */\n",
+    "/* Notes the normal of springl i, and whether it lay at an edge before, if one that is awake may ask. */\n",
     "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
+    "    springls__was_at_edge(model)[i] = 0;\n",
+    "    if (springls__is_listed_fast_asleep(model, i)) return;\n",
     "    springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);\n",
     "    springls__was_at_edge(model)[i] = model->set.edge[i];\n",
     "}\n",
@@ -43516,7 +43645,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */\n",
     "    const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */\n",
     "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
-    "    springls__springl s = model->set.s[i];\n",
+    "    springls__springl s;\n",
     "    springls__sample_set samples;\n",
     "    springls__fit_result fit;\n",
     "    springls__sides sides;\n",
@@ -43526,6 +43655,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) return;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!springls__edge_candidate(model)[i]) return;\n",
+    "    s = model->set.s[i];\n",
     "    springls__gather_samples(model, s.p, radius, model->set.count, &samples);\n",
     "    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);\n",
     "    sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);\n",
@@ -43548,7 +43678,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 9679 \"springls.h\"\n",
+    "#line 9723 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -43644,7 +43774,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 9776 \"springls.h\"\n",
+    "#line 9820 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -43765,7 +43895,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 9898 \"springls.h\"\n",
+    "#line 9942 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -44046,7 +44176,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 10180 \"springls.h\"\n",
+    "#line 10224 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -44132,7 +44262,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10267 \"springls.h\"\n",
+    "#line 10311 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add; a: its correspondence, which insert_seeds puts on the original surface where the seed is kept. */\n",
@@ -44275,7 +44405,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 10411 \"springls.h\"\n",
+    "#line 10455 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -44464,7 +44594,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 10601 \"springls.h\"\n",
+    "#line 10645 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -44589,7 +44719,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 10727 \"springls.h\"\n",
+    "#line 10771 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -44623,7 +44753,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 10762 \"springls.h\"\n",
+    "#line 10806 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -44635,9 +44765,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
     "    int in_cells = model->set.count - model->cells.unbinned_count;\n",
     "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];\n",
-    "    springls__springl s = model->set.s[n];\n",
+    "    springls__springl s;\n",
     "    (void)args;\n",
-    "    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;\n",
+    "    if (i < in_cells && springls__is_listed_fast_asleep(model, (int)n)) return;\n",
+    "    s = model->set.s[n];\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
     "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
@@ -45161,7 +45292,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 11301 \"springls.h\"\n",
+    "#line 11346 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -45291,14 +45422,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */\n",
-    "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
+    "SPRINGLS__VEC_MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
     "{\n",
     "    uint32_t mask = 0;\n",
     "    int x, y, z;\n",
     "    for (z = 0; z < 8; z++)\n",
     "        for (y = 0; y < 8; y++) {\n",
     "            uint32_t row = 0;\n",
-    "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
+    "            for (x = 0; x < 8; x += SPRINGLS__LANES)\n",
+    "                row |= springls__vec_bits(springls__vec_fabs(springls__vec_load(phi + x + 8 * y + 64 * z)) < half_width) << x;\n",
     "            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
     "        }\n",
     "    return mask;\n",
@@ -45311,7 +45443,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 11452 \"springls.h\"\n",
+    "#line 11498 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -45389,7 +45521,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11531 \"springls.h\"\n",
+    "#line 11577 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -45638,7 +45770,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11781 \"springls.h\"\n",
+    "#line 11827 \"springls.h\"\n",
     "/* regions.h - which side regions are on (springls__resolve_regions), by union-find: elements find all regions at once, and meet where\n",
     "   they join and add up. Results are the same in any order: minima and sums of integers.\n",
     "\n",
@@ -45863,7 +45995,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 12007 \"springls.h\"\n",
+    "#line 12053 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -45982,7 +46114,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot >= SPRINGLS__FIRST_SLOT) SPRINGLS__MARK(g->near_awake + slot, 1);\n",
     "    }\n",
     "}\n",
-    "#line 12127 \"springls.h\"\n",
+    "#line 12173 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -46079,7 +46211,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 12225 \"springls.h\"\n",
+    "#line 12271 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -46617,7 +46749,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 12764 \"springls.h\"\n",
+    "#line 12810 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -46650,7 +46782,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 12798 \"springls.h\"\n",
+    "#line 12844 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -46675,14 +46807,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 12824 \"springls.h\"\n",
+    "#line 12870 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 12831 \"springls.h\"\n",
+    "#line 12877 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46697,7 +46829,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 12847 \"springls.h\"\n",
+    "#line 12893 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46823,7 +46955,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 12973 \"springls.h\"\n",
+    "#line 13019 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -46838,7 +46970,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 12988 \"springls.h\"\n",
+    "#line 13034 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -46964,7 +47096,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 13115 \"springls.h\"\n",
+    "#line 13161 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -47256,7 +47388,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 13408 \"springls.h\"\n",
+    "#line 13454 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -47392,7 +47524,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
-    "#line 18184 \"springls.h\"\n",
+    "#line 18289 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -48557,7 +48689,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19350 \"springls.h\"\n",
+    "#line 19455 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -49183,7 +49315,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 19977 \"springls.h\"\n",
+    "#line 20082 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49781,7 +49913,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49785 \"springls.h\"\n",
+    "#line 49917 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",
@@ -51080,11 +51212,7 @@ SPRINGLS__FN springls_status springls__mark_new_springls(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* In ASLEEP, whose other values are 0 and 1: the springl's brick is awake, but no change reaches it. Where no brick sleeps, the array is
-   not read, nor set. */
-enum { SPRINGLS__UNREACHED = 2 };
-
-/* Lets the springls sleep that no change reaches. */
+/* Lets the springls sleep that no change reaches. Where no brick sleeps, the array is not read, nor set. */
 SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls__cell_marks *marks)
 {
     const springls__springl *s = ctx->model.set.s;
@@ -51129,6 +51257,7 @@ SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls
 {
     springls__grid *g = &ctx->model.grid;
     int i;
+    springls__phi_not_kept(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] >= 0) g->awake[i] = ((const uint8_t *)aside->awake.data)[i];
     memcpy(ctx->model.cells.asleep, aside->asleep.data, (size_t)aside->count);
@@ -51230,7 +51359,6 @@ SPRINGLS__END };
 
 SPRINGLS__FN springls_status springls__completion_begin(springls_context *ctx)
 {
-    springls__constellation_changed(ctx);
     springls__clear_target_volumes(ctx);
     return SPRINGLS_OK;
 }
@@ -51275,13 +51403,14 @@ static const springls__entry springls__complete[] = {
     SPRINGLS__DO(springls__mark_phi_synced)
 SPRINGLS__END };
 
-/* Runs one of these tables to its end. */
+/* Runs one of these tables to its end, after springls have changed. */
 SPRINGLS__FN springls_status springls__run_completion(springls_context *ctx, const springls__entry *table)
 {
     springls__completion completion;
     springls_status status;
     memset(&completion, 0, sizeof completion);
     ctx->completion = &completion;
+    springls__constellation_changed(ctx);
     status = springls__run_table(ctx, table);
     ctx->completion = NULL;
     springls__completion_free(ctx, &completion);
@@ -51340,18 +51469,12 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 #define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
-/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
-SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
+/* Widens a box to a springl, with room for the gaps between triangles. */
+SPRINGLS__FN springls__box springls__box_add_springl(springls__box box, const springls__springl *s)
 {
-    springls__box box = springls__box_empty();
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 p = ctx->model.set.s[i].p;
-        const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
-        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
-        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
-    }
-    return box;
+    const float r = s->bounding_radius + SPRINGLS__TRIANGLE_GAP;
+    box = springls__box_add(box, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r));
+    return springls__box_add(box, springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
 }
 
 SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const springls__box *box)
@@ -51379,11 +51502,12 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    springls__v3 n = springls__springl_normal(*s);
+    springls__v3 n;
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
     int i, to_triangle, nearest = -1, facing = SPRINGLS__OFF_SURFACE;
     if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
+    n = springls__springl_normal(*s);
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
@@ -51623,7 +51747,9 @@ typedef struct springls__combination {
     uint64_t other_attributes;       /* its attributes_version, which has to stay                              */
     springls__side_rule rule[2];     /* for the springls of this model and of the other                        */
     springls__surface surfaces[2];   /* of the triangles of both that may touch those of the other             */
-    springls__box box[2];            /* of the springls of both                                                */
+    springls__buffer near_memory;    /* the springls of this model that may meet the other, ascending          */
+    int near_count;
+    springls__box box[2];            /* of these, and of the springls of the other                             */
     springls__cell_marks marks;      /* of the particles of one of them                                        */
     springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
     springls__bvh_progress progress;
@@ -51638,22 +51764,83 @@ typedef struct springls__combination {
 
 /* ---- which springls stay ---- */
 
+/* Returns the box beyond which a grid is outside, bricks, and the domain's border widened without end; *uniform: false where it is
+   inside somewhere beyond. */
+SPRINGLS__FN springls__box springls__box_beyond_which_outside(const springls__grid *g, bool *uniform)
+{
+    springls__box box = springls__box_of_bricks(g);
+    const int entries = (int)springls__entry_count(g);
+    int i, o[3];
+    if (box.lower.x <= 0.0f) box.lower.x = -FLT_MAX;
+    if (box.lower.y <= 0.0f) box.lower.y = -FLT_MAX;
+    if (box.lower.z <= 0.0f) box.lower.z = -FLT_MAX;
+    if (box.upper.x >= (float)g->size[0]) box.upper.x = FLT_MAX;
+    if (box.upper.y >= (float)g->size[1]) box.upper.y = FLT_MAX;
+    if (box.upper.z >= (float)g->size[2]) box.upper.z = FLT_MAX;
+    *uniform = true;
+    for (i = 0; i < entries && *uniform; i++) {
+        if (g->top[i] != SPRINGLS__INSIDE) continue;
+        springls__entry_origin(g, i, o);
+        *uniform = (float)o[0] > box.lower.x && (float)o[1] > box.lower.y && (float)o[2] > box.lower.z && (float)o[0] < box.upper.x
+                   && (float)o[1] < box.upper.y && (float)o[2] < box.upper.z;
+    }
+    return box;
+}
+
+SPRINGLS__FN int *springls__near_springls(const springls__combination *c) { return (int *)c->near_memory.data; }
+
+/* Lists the springls that the other model may cut, cover or touch: all others stay, so that an edit costs what it cuts. An intersection
+   lists all. */
+SPRINGLS__FN springls_status springls__find_near_springls(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const springls__springl *s = ctx->model.set.s;
+    springls__box box;
+    bool uniform;
+    int i, *near_springls;
+    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
+    c->count = ctx->model.set.count;
+    c->box[0] = c->box[1] = springls__box_empty();
+    for (i = 0; i < c->other->model.set.count; i++) c->box[1] = springls__box_add_springl(c->box[1], &c->other->model.set.s[i]);
+    box = springls__box_beyond_which_outside(&c->other->model.grid, &uniform);
+    box = springls__box_add(springls__box_add(box, c->box[1].lower), c->box[1].upper);
+    uniform = uniform && c->operation != SPRINGLS_OPERATION_INTERSECTION;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->near_memory, (size_t)c->count + 1, sizeof(int), 0));
+    near_springls = springls__near_springls(c);
+    for (i = c->near_count = 0; i < c->count; i++) {
+        if (uniform && !springls__reaches_box(&s[i], &box)) continue;
+        near_springls[c->near_count++] = i;
+        c->box[0] = springls__box_add_springl(c->box[0], &s[i]);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns how many springls of this model (of: 0) or of the other (1) may meet the second of the two; their numbers: springls__meeting. */
+SPRINGLS__FN int springls__meeting_count(const springls__combination *c, int of)
+{
+    return of ? c->other->model.set.count : c->near_count;
+}
+
+SPRINGLS__FN const springls__springl *springls__meeting(const springls_context *ctx, const springls__combination *c, int of, int i)
+{
+    return of ? &c->other->model.set.s[i] : &ctx->model.set.s[springls__near_springls(c)[i]];
+}
+
 /* Marks the cells with particles of this model (of: 0) or of the other (1), in a box around the springls of the second of the two. */
 SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, springls__combination *c, int of)
 {
-    const springls_context *model = of ? c->other : ctx;
-    const springls__box a = springls__box_of_springls(ctx), b = springls__box_of_springls(c->other);
-    const springls__springl *s = model->model.set.s;
+    const springls__box a = c->box[0], b = c->box[1];
+    const int count = springls__meeting_count(c, of);
     int i;
-    c->box[0] = a;
-    c->box[1] = b;
     SPRINGLS__TRY(springls__cell_marks_begin(ctx, &c->marks,
                                              springls__v3_make(springls__max(a.lower.x, b.lower.x), springls__max(a.lower.y, b.lower.y),
                                                                springls__max(a.lower.z, b.lower.z)),
                                              springls__v3_make(springls__min(a.upper.x, b.upper.x), springls__min(a.upper.y, b.upper.y),
                                                                springls__min(a.upper.z, b.upper.z)), 1.0f));
-    for (i = 0; i < model->model.set.count; i++)
-        if (springls__reaches_box(&s[i], &c->box[1 - of])) springls__mark_cells_around(&c->marks, s[i].p, SPRINGLS__TRIANGLE_GAP);
+    for (i = 0; i < count; i++) {
+        const springls__springl *s = springls__meeting(ctx, c, of, i);
+        if (springls__reaches_box(s, &c->box[1 - of])) springls__mark_cells_around(&c->marks, s->p, SPRINGLS__TRIANGLE_GAP);
+    }
     return SPRINGLS_OK;
 }
 
@@ -51661,20 +51848,20 @@ SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, spr
    other triangle is ever asked for. */
 SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, springls__combination *c, int of)
 {
-    const springls_context *model = of ? c->other : ctx;
-    const springls__springl *s = model->model.set.s;
+    const int meeting = springls__meeting_count(c, of);
     springls__surface *surface = &c->surfaces[of];
     int i, m, count = 0;
-    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], &c->box[1 - of]);
+    for (i = 0; i < meeting; i++) count += springls__reaches_box(springls__meeting(ctx, c, of, i), &c->box[1 - of]);
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->originals.items, (size_t)count + 1, sizeof(springls__bvh_item), 0));
-    for (i = count = 0; i < model->model.set.count; i++) {
-        const float r = s[i].bounding_radius;
-        const springls__v3 p = s[i].p;
-        if (!springls__reaches_box(&s[i], &c->box[1 - of])
+    for (i = count = 0; i < meeting; i++) {
+        const springls__springl *s = springls__meeting(ctx, c, of, i);
+        const float r = s->bounding_radius;
+        const springls__v3 p = s->p;
+        if (!springls__reaches_box(s, &c->box[1 - of])
             || !springls__visit_cells(&c->marks, springls__v3_make(p.x - r, p.y - r, p.z - r),
                                       springls__v3_make(p.x + r, p.y + r, p.z + r), false)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s->q[m];
         count++;
     }
     if (count == 0) return SPRINGLS_OK;
@@ -51685,7 +51872,6 @@ SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, spr
 
 SPRINGLS__FN springls_status springls__mark_other_particles(springls_context *ctx)
 {
-    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
     return springls__mark_particles(ctx, ctx->step.combination, 1);
 }
 
@@ -51721,15 +51907,17 @@ static const springls__entry springls__build[] = {
     SPRINGLS__END
 SPRINGLS__END };
 
-/* Decides which springls of this model stay. */
+/* Decides which springls of this model stay, of those listed. */
 SPRINGLS__FN void springls__mark_own_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__combination *c = ctx->step.combination;
+    const int *near_springls = springls__near_springls(c);
     uint8_t *kept = (uint8_t *)c->kept[0].data;
     (void)memory;
     for (; begin < end; begin++)
-        kept[begin] = springls__is_kept(&c->rule[0], &ctx->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        kept[near_springls[begin]] = springls__is_kept(&c->rule[0], &ctx->model.set.s[near_springls[begin]]) ? SPRINGLS__KEEP
+                                                                                                             : SPRINGLS__REMOVE;
 }
 
 SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float *memory)
@@ -51745,11 +51933,11 @@ SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float
 SPRINGLS__FN springls_status springls__mark_own(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
-    c->count = ctx->model.set.count;
     c->rule[0] = springls__rule_of(&c->other->model.grid, &c->surfaces[1], c->operation, false);
     c->rule[1] = springls__rule_of(&ctx->model.grid, &c->surfaces[0], c->operation, true);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[0], (size_t)c->count, 1, 0));
-    springls__loop_over(ctx, c->count, 64, 0, springls__mark_own_work, ctx);
+    memset(c->kept[0].data, SPRINGLS__KEEP, (size_t)c->count);
+    springls__loop_over(ctx, c->near_count, 64, 0, springls__mark_own_work, ctx);
     return SPRINGLS_OK;
 }
 
@@ -51761,11 +51949,12 @@ SPRINGLS__FN springls_status springls__mark_other(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN int springls__count_kept(const springls__buffer *kept, int count)
+/* Counts the springls that are not kept, of `count` listed ones; NULL: of the first ones. */
+SPRINGLS__FN int springls__count_removed(const springls__buffer *kept, const int *listed, int count)
 {
     const uint8_t *action = (const uint8_t *)kept->data;
     int i, n = 0;
-    for (i = 0; i < count; i++) n += action[i] == SPRINGLS__KEEP;
+    for (i = 0; i < count; i++) n += action[listed ? listed[i] : i] == SPRINGLS__REMOVE;
     return n;
 }
 
@@ -51774,8 +51963,8 @@ SPRINGLS__FN springls_status springls__room_for_both(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     int i, sum;
-    c->staying = springls__count_kept(&c->kept[0], c->count);
-    c->added = springls__count_kept(&c->kept[1], c->other->model.set.count);
+    c->staying = c->count - springls__count_removed(&c->kept[0], springls__near_springls(c), c->near_count);
+    c->added = c->other->model.set.count - springls__count_removed(&c->kept[1], NULL, c->other->model.set.count);
     sum = c->staying + c->added;
     if (sum == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (sum > ctx->desc.max_springls)
@@ -51925,11 +52114,25 @@ SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     const uint8_t *kept = (const uint8_t *)c->kept[0].data;
-    int i;
+    const int *near_springls = springls__near_springls(c);
+    int k;
     SPRINGLS__TRY(springls__change_marks_begin(ctx, &c->completion.change, c->box[1]));
-    for (i = 0; i < c->count; i++)
-        if (kept[i] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
+    for (k = 0; k < c->near_count; k++)
+        if (kept[near_springls[k]] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[near_springls[k]].p);
     return SPRINGLS_OK;
+}
+
+/* Lists those of the near springls that stay, by the numbers that they have when the others are gone. */
+SPRINGLS__FN void springls__renumber_near_springls(springls__combination *c)
+{
+    const uint8_t *kept = (const uint8_t *)c->kept[0].data;
+    int *near_springls = springls__near_springls(c);
+    int k, removed = 0;
+    for (k = 0; k < c->near_count; k++) {
+        if (kept[near_springls[k]] == SPRINGLS__REMOVE) removed++;
+        else near_springls[k - removed] = near_springls[k] - removed;
+    }
+    c->near_count -= removed;
 }
 
 /* Removes the springls of this model that do not stay. */
@@ -51943,22 +52146,25 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, c->count);
-    springls__constellation_changed(ctx);
+    springls__renumber_near_springls(ctx->step.combination);
+    springls__constellation_changed_behind(ctx, ctx->keyed);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN void springls__pull_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
+    const int *near_springls = springls__near_springls(ctx->step.combination);
     springls__springl *s = ctx->model.set.s;
     (void)memory;
-    for (; begin < end; begin++) s[begin] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[begin]);
+    for (; begin < end; begin++)
+        s[near_springls[begin]] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[near_springls[begin]]);
 }
 
 /* Pulls the springls that stay to the seam; phi is still as it was. Ends with a loop. */
 SPRINGLS__FN springls_status springls__pull_own(springls_context *ctx)
 {
-    springls__loop_over(ctx, ctx->step.combination->staying, 64, 0, springls__pull_work, ctx);
+    springls__loop_over(ctx, ctx->step.combination->near_count, 64, 0, springls__pull_work, ctx);
     return SPRINGLS_OK;
 }
 
@@ -51982,14 +52188,19 @@ SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
 SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
+    springls__arguments args;
     int i;
+    for (i = 0; i < c->near_count && ctx->keyed; i++) { /* a triangle that was pulled may no longer be too large for a cell */
+        args.cell_key.first = springls__near_springls(c)[i];
+        springls__cell_key_element(&ctx->model, args, 0);
+    }
     for (i = c->staying; i < ctx->model.set.count; i++) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
     springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
     if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
     if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += c->count - c->staying;
     ctx->stats.added += c->added;
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, c->staying));
     return SPRINGLS_OK;
 }
 
@@ -52024,7 +52235,7 @@ SPRINGLS__FN springls_status springls__level_sets_combined(springls_context *ctx
                       ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     springls__swap_phi(ctx);
     ctx->omega_fresh = false;
-    return springls__find_awake(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Goes back to what was awake before, where it has not changed. */
@@ -52038,6 +52249,7 @@ SPRINGLS__FN springls_status springls__combination_end(springls_context *ctx)
 
 /* Until the model is saved it does not change. What costs most is the completion of what is cut. */
 static const springls__entry springls__combine[] = {
+    SPRINGLS__DO(springls__find_near_springls)
     SPRINGLS__DO(springls__mark_other_particles)
     SPRINGLS__DO(springls__gather_own)
     SPRINGLS__CALL(springls__build)
@@ -52071,6 +52283,8 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__springls_taken)
     SPRINGLS__DO(springls__combine_bricks)
     SPRINGLS__DO(springls__level_sets_combined)
+    SPRINGLS__DO(springls__cell_list_build)
+    SPRINGLS__DO(springls__find_awake)
     SPRINGLS__CALL(springls__complete)
     SPRINGLS__DO(springls__combination_end)
 SPRINGLS__END };
@@ -52103,6 +52317,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
     springls__buffer_free(ctx, &c->marks.memory);
     springls__both_originals_free(ctx, &c->originals);
     springls__references_free(ctx, &c->references);
+    springls__buffer_free(ctx, &c->near_memory);
     springls__buffer_free(ctx, &c->kept[0]);
     springls__buffer_free(ctx, &c->kept[1]);
     springls__calm_aside_free(ctx, &c->aside);

@@ -38,6 +38,12 @@ typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
 /* write. first: number of the first springl; vertices, particles: 1 if the caller gives them. */
 typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
 
+/* cell_key. first: number of the first springl. */
+typedef struct springls__cell_key_arguments { int first; } springls__cell_key_arguments;
+
+/* asleep. listed: 1 where the keys of cells are up to date. */
+typedef struct springls__asleep_arguments { int listed; } springls__asleep_arguments;
+
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
@@ -105,6 +111,8 @@ typedef union springls__arguments {
     springls__insert_arguments insert;
     springls__fit_arguments fit;
     springls__write_arguments write;
+    springls__cell_key_arguments cell_key;
+    springls__asleep_arguments asleep;
     springls__stir_arguments stir;
     springls__extent_arguments extent;
     springls__relax_arguments relax;

@@ -157,12 +157,6 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
     return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
-/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
-#define SPRINGLS__LARGE_KEY 0xffffffffu
-#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
-
-SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
-
 /* Returns whether a springl of this bounding radius is too large for cells. */
 SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 {
@@ -170,19 +164,19 @@ SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
     return bounding_radius > largest;
 }
 
-/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
+/* Finds the key of particle args.cell_key.first + i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    const int n = args.cell_key.first + i;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
     int at[3], slot;
     uint32_t key;
-    (void)args;
     springls__voxel_of_place(g, s->p, at);
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
+    model->cells.key[n] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)

@@ -639,11 +639,24 @@ SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v
     return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);
 }
 
-/* Finds whether springl i is asleep, as its brick is. */
+/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
+#define SPRINGLS__LARGE_KEY 0xffffffffu
+#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
+
+SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
+
+/* Values of ASLEEP, whose others are 0, awake, and 1, asleep: in a brick that is awake, but an edit passes over it (tools/completion.h);
+   asleep, and so are all bricks around. */
+#define SPRINGLS__UNREACHED 2
+#define SPRINGLS__FAST_ASLEEP 3
+
+/* Finds whether springl i is asleep, as its brick is. The key of its cell tells the brick, where the cell list is up to date. */
 SPRINGLS__MATHS void springls__asleep_element(const springls__model *model, springls__arguments args, int i)
 {
-    (void)args;
-    model->cells.asleep[i] = !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+    const springls__grid *g = &model->grid;
+    const uint32_t key = args.asleep.listed ? model->cells.key[i] : SPRINGLS__LARGE_KEY;
+    const int slot = springls__is_in_cell(key) ? (int)((key - 1u) / SPRINGLS__CELLS) : springls__slot_of_place(g, model->set.s[i].p);
+    model->cells.asleep[i] = g->awake[slot] ? 0 : g->near_awake[slot] ? 1 : SPRINGLS__FAST_ASLEEP;
 }
 
 /* Returns true when springl i is asleep: stages leave it as it is. */
@@ -659,6 +672,12 @@ SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *mo
     if (!springls__is_asleep(model, i)) model->set.synced_position[i] = model->set.s[i].p;
 }
 
+/* Returns true when springl i, asleep, was out of reach of those awake when that was last found. */
+SPRINGLS__MATHS bool springls__is_listed_fast_asleep(const springls__model *model, int i)
+{
+    return springls__is_asleep(model, i) && model->cells.asleep[i] == SPRINGLS__FAST_ASLEEP;
+}
+
 /* Returns true when a particle is out of reach of the springls that are awake. */
 SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, springls__v3 p)
 {
@@ -671,14 +690,14 @@ SPRINGLS__MATHS bool springls__is_brick_asleep(const springls__grid *g, int i)
     return g->some_asleep && !g->awake[g->active[i]];
 }
 
-/* Returns true when active brick i is asleep, and copies its phi to phi_next. */
+/* Returns true when active brick i is asleep; sees to it that phi_next has its phi. */
 SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
     if (!springls__is_brick_asleep(g, i)) return false;
-    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+    for (row = model->group.item; !g->phi_kept && row < SPRINGLS__ROWS; row += model->group.items)
         springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;
 }

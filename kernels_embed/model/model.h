@@ -171,6 +171,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
     int some_asleep;        /* 0: all bricks are awake                                               */
+    int phi_kept;           /* 1: phi_next has phi in the bricks that are asleep                     */
     springls__metric metric;
 } springls__grid;
 
@@ -355,7 +356,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
-    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
+    X(int, some_asleep, grid.some_asleep) X(int, phi_kept, grid.phi_kept) X(int, asleep_count, cells.asleep_count)                \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \
     X(springls__metric, metric, grid.metric)
 

@@ -543,10 +543,12 @@ SPRINGLS__MATHS void springls__edge_cells_element(const springls__model *model, 
             if (before[model->cells.ids[k]]) edge_cells[c >> 5] |= 1u << (c & 31);
 }
 
-/* Notes the normal of springl i, and whether it lay at an edge before. */
+/* Notes the normal of springl i, and whether it lay at an edge before, if one that is awake may ask. */
 SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
+    springls__was_at_edge(model)[i] = 0;
+    if (springls__is_listed_fast_asleep(model, i)) return;
     springls__side_normal(model)[i] = springls__springl_normal(model->set.s[i]);
     springls__was_at_edge(model)[i] = model->set.edge[i];
 }
@@ -603,7 +605,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     const float radius = 2.5f, near_weight = 0.7f; /* within a voxel */
     const float slack = 0.05f; /* voxel: springls that lay on a side and moved with it still lie on it */
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
-    springls__springl s = model->set.s[i];
+    springls__springl s;
     springls__sample_set samples;
     springls__fit_result fit;
     springls__sides sides;
@@ -613,6 +615,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     if (springls__is_asleep(model, i)) return;
     model->set.edge[i] = 0;
     if (!springls__edge_candidate(model)[i]) return;
+    s = model->set.s[i];
     springls__gather_samples(model, s.p, radius, model->set.count, &samples);
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
     sides = springls__sample_set_sides(&samples, model->grid.metric, SPRINGLS__NARROW, !was_edge);

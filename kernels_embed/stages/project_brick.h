@@ -20,9 +20,10 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
     int in_cells = model->set.count - model->cells.unbinned_count;
     uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];
-    springls__springl s = model->set.s[n];
+    springls__springl s;
     (void)args;
-    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
+    if (i < in_cells && springls__is_listed_fast_asleep(model, (int)n)) return;
+    s = model->set.s[n];
     o->p = s.p;
     o->n = springls__springl_normal(s);
     o->moved = springls__sub(s.p, model->set.synced_position[n]);

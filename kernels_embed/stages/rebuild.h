@@ -132,14 +132,15 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
 }
 
 /* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
-SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
+SPRINGLS__VEC_MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
     uint32_t mask = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
-            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            for (x = 0; x < 8; x += SPRINGLS__LANES)
+                row |= springls__vec_bits(springls__vec_fabs(springls__vec_load(phi + x + 8 * y + 64 * z)) < half_width) << x;
             if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return mask;

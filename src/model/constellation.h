@@ -48,21 +48,38 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 /* Finds which springls are asleep. */
 SPRINGLS__FN void springls__find_sleepers(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_asleep, ctx->model.set.count, NULL);
+    springls__arguments args;
+    args.asleep.listed = ctx->keyed == ctx->model.set.count;
+    springls__run(ctx, SPRINGLS__KERNEL_asleep, ctx->model.set.count, &args);
     ctx->model.cells.asleep_count = ctx->model.set.count;
 }
 
-/* Drops the springls whose contract_action is REMOVE, one after the other. */
+/* Moves `count` springls from number `from` on to number `to` on, with the keys of their cells if all have them. */
+SPRINGLS__FN void springls__move_springls(springls_context *ctx, int to, int from, int count)
+{
+    springls__model *model = &ctx->model;
+#define SPRINGLS__MOVE_MEMBER(name, type, block, owner, member)                                                                  \
+    memmove(model->owner.member + to, model->owner.member + from, (size_t)count * sizeof *model->owner.member);
+    SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__MOVE_MEMBER)
+    if (ctx->keyed == model->set.count) SPRINGLS__MOVE_MEMBER(KEY, uint32_t, 1, cells, key)
+#undef SPRINGLS__MOVE_MEMBER
+}
+
+/* Drops the springls whose contract_action is REMOVE: those behind each move up. */
 SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 {
-    const uint8_t *action = springls__contract_action(&ctx->model);
-    int i, n = 0;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (action[i] == SPRINGLS__REMOVE) continue;
-        if (n != i) springls__record_store(&ctx->model, n, springls__record_load(&ctx->model, i));
-        n++;
+    const int count = ctx->model.set.count;
+    const uint8_t *action = springls__contract_action(&ctx->model), *removed;
+    int from, end, n;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS | SPRINGLS__BIT(KEY)));
+    removed = (const uint8_t *)memchr(action, SPRINGLS__REMOVE, (size_t)count);
+    for (n = from = removed ? (int)(removed - action) : count; from < count; n += end - from, from = end) {
+        while (from < count && action[from] == SPRINGLS__REMOVE) from++;
+        removed = from < count ? (const uint8_t *)memchr(action + from, SPRINGLS__REMOVE, (size_t)(count - from)) : NULL;
+        end = removed ? (int)(removed - action) : count;
+        if (from < end) springls__move_springls(ctx, n, from, end - from);
     }
+    ctx->keyed = ctx->keyed == count ? n : 0;
     ctx->model.set.count = n;
     return SPRINGLS_OK;
 }
@@ -77,6 +94,7 @@ SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_compact_flag, count, NULL);
     SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
     if (kept == count) return SPRINGLS_OK;
+    ctx->keyed = 0;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
     springls__run(ctx, SPRINGLS__KERNEL_compact_out, count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_compact_in, kept, NULL);
@@ -154,7 +172,11 @@ SPRINGLS__FN void springls__insert_args(const springls_context *ctx, springls__a
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */
-SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
+SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx)
+{
+    ctx->cells_fresh = ctx->particles_listed = false;
+    ctx->keyed = 0;
+}
 
 /* Notes that springls have moved: particles may be in other cells, too. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
@@ -168,6 +190,13 @@ SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
     ctx->neighbors_uses = 0;
+}
+
+/* Notes that springls have been added behind the others, or removed, and that the first `keyed` are in the cells that they were in. */
+SPRINGLS__FN void springls__constellation_changed_behind(springls_context *ctx, int keyed)
+{
+    springls__constellation_changed(ctx);
+    ctx->keyed = keyed;
 }
 
 #endif

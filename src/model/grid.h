@@ -8,13 +8,6 @@
 #include "../runtime/residency.h"
 #include "top_table.h"
 
-/* Replaces phi by phi_next. */
-SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
-{
-    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
-    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
-}
-
 /* Sets all voxels of a slot. */
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 {

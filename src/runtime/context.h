@@ -167,6 +167,7 @@ typedef struct springls__work {
     bool on_device;         /* its kernels run on the backend, if there is one                                  */
     int found;              /* what an entry has counted for a condition that follows                           */
     int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
+    bool keeps_phi;         /* the kernel at work, or the last one, sees to it that phi_next has phi where bricks are asleep */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last entry has ended with                                      */
 } springls__work;
@@ -287,6 +288,7 @@ struct springls_context {
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
+    int keyed;              /* the first so many springls have the keys of their cells; triangles may have changed since */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
     springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* of surface_table.h: the mesh of springls, and what it is made with */

@@ -19,6 +19,13 @@
 #define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
     (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
 
+/* Notes that phi_next may not have phi in all bricks that are asleep. */
+SPRINGLS__FN void springls__phi_not_kept(springls_context *ctx)
+{
+    ctx->work.keeps_phi = false;
+    ctx->model.grid.phi_kept = 0;
+}
+
 /* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. Kernels and
    springls__to_host do so by the arrays that they declare; what swaps, clears or puts back whole arrays does so itself. */
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
@@ -26,6 +33,16 @@ SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__SET_BITS)) ctx->model_version++;
     if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(S) | SPRINGLS__BIT(EDGE))) ctx->shape_version++;
+    if (writes & (SPRINGLS__LEVEL_SET_BITS | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(AWAKE))) springls__phi_not_kept(ctx);
+}
+
+/* Replaces phi by phi_next. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
+{
+    const bool kept = ctx->work.keeps_phi;
+    springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
+    ctx->model.grid.phi_kept = kept;
 }
 
 /* Returns the version of what components are found from: the level set or, where the surface is what springls hold, those too. */

@@ -171,18 +171,29 @@ SPRINGLS__FN int springls__extent_of(const springls_context *ctx, int extent)
     return extent == (int)SPRINGLS__OVER_BRICKS ? ctx->model.grid.active_count : ctx->model.grid.slot_count;
 }
 
+/* Returns whether a kernel computes phi_next from phi, and leaves phi as it is in bricks that are asleep (springls__keeps_phi). */
+SPRINGLS__FN bool springls__kernel_keeps_phi(springls__kernel kernel)
+{
+    return kernel == SPRINGLS__KERNEL_redistance || kernel == SPRINGLS__KERNEL_project || kernel == SPRINGLS__KERNEL_join_parts
+           || kernel == SPRINGLS__KERNEL_specks;
+}
+
 /* Runs the kernel of an entry: in pieces, or to its end if its elements meet, which they do in order, or if a device runs it. */
 SPRINGLS__FN springls_status springls__run_kernel_entry(springls_context *ctx, const springls__entry *entry)
 {
     const springls__kernel kernel = (springls__kernel)entry->what;
     const springls__kernel_info *info = &springls__kernels[kernel];
-    const int count = springls__extent_of(ctx, entry->other);
+    const int count = springls__extent_of(ctx, entry->other), phi_kept = ctx->model.grid.phi_kept;
     springls__arguments args;
     memset(&args, 0, sizeof args);
     if (entry->arguments) (entry->arguments)(ctx, &args);
     if (info->floats > 0) SPRINGLS__TRY(springls__reserve_lanes(ctx, (size_t)info->floats, count, info->grain));
     if (info->ordered) springls__run(ctx, kernel, count, &args);
     else springls__loop(ctx, kernel, count, &args);
+    if (springls__kernel_keeps_phi(kernel)) { /* which copies that to phi_next once, and not in each sweep */
+        ctx->work.keeps_phi = true;
+        ctx->model.grid.phi_kept = phi_kept;
+    }
     return SPRINGLS_OK;
 }
 
@@ -197,6 +208,10 @@ SPRINGLS__FN springls_status springls__do_entry(springls_context *ctx)
     case SPRINGLS__ENTRY_ROOM:
         return springls__array_grow(ctx, (springls__array)entry->what, (size_t)springls__extent_of(ctx, entry->other), entry->element, 0);
     case SPRINGLS__ENTRY_SWAP:
+        if (entry->what == SPRINGLS__ARRAY_PHI) {
+            springls__swap_phi(ctx);
+            return SPRINGLS_OK;
+        }
         springls__swap(ctx, (springls__array)entry->what, (springls__array)entry->other);
         springls__note_writes(ctx, (uint64_t)1 << entry->what | (uint64_t)1 << entry->other);
         return SPRINGLS_OK;
@@ -224,6 +239,7 @@ SPRINGLS__FN void springls__unwind(springls_context *ctx)
 {
     while (ctx->work.depth > 0) springls__leave(ctx);
     memset(&ctx->work, 0, sizeof ctx->work);
+    ctx->model.grid.phi_kept = 0;
 }
 
 /* Runs a table under the clock of a stage (-1: none) to its end, also from inside an entry of another one. */
@@ -232,11 +248,13 @@ SPRINGLS__FN springls_status springls__run_stage(springls_context *ctx, int stag
     const springls__work outer = ctx->work;
     springls_status status;
     memset(&ctx->work, 0, sizeof ctx->work);
+    springls__phi_not_kept(ctx);
     ctx->work.on_device = ctx->on_device;
     springls__enter(ctx, table, stage);
     status = springls__resume(ctx, NULL);
     springls__unwind(ctx);
     ctx->work = outer;
+    springls__phi_not_kept(ctx);
     return status;
 }
 
@@ -249,6 +267,7 @@ SPRINGLS__FN springls_status springls__run_table(springls_context *ctx, const sp
 SPRINGLS__FN void springls__begin_step(springls_context *ctx, const springls__entry *table)
 {
     memset(&ctx->work, 0, sizeof ctx->work);
+    springls__phi_not_kept(ctx);
     springls__enter(ctx, table, -1);
     ctx->work.on_device = true;
     ctx->step.active = true;

@@ -42,7 +42,7 @@ SPRINGLS__FN springls_status springls__seeds_inserted(springls_context *ctx)
     int count = ctx->model.set.count, added = springls__count_stored(ctx);
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, count));
     return springls__attributes_after_fill(ctx, count);
 }
 

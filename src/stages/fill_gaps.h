@@ -63,7 +63,7 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__stir(ctx, SPRINGLS__STIR_ALL, first, added);
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, first));
 }
 
 SPRINGLS__FN bool springls__fills_from_springls(const springls_context *ctx) { return ctx->model.params.fill_from_springls != 0; }

@@ -11,6 +11,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "../model/cell_list.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 
@@ -26,8 +27,8 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 SPRINGLS__FN springls_status springls__change_band(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__activate_bricks(ctx, SPRINGLS__KERNEL_mark_band, ctx->model.grid.active_count, false));
-    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS) + springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED) > 0)
-        springls__discard_cell_list(ctx);
+    if (springls__count_found(ctx, SPRINGLS__COUNT_BRICKS) + springls__count_found(ctx, SPRINGLS__COUNT_BRICKS_ADDED) > 0
+        && !springls__cell_list_survives(ctx)) springls__discard_cell_list(ctx);
     return SPRINGLS_OK;
 }
 

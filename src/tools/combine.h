@@ -77,18 +77,12 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 #define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
-/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
-SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
+/* Widens a box to a springl, with room for the gaps between triangles. */
+SPRINGLS__FN springls__box springls__box_add_springl(springls__box box, const springls__springl *s)
 {
-    springls__box box = springls__box_empty();
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        const springls__v3 p = ctx->model.set.s[i].p;
-        const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
-        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
-        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
-    }
-    return box;
+    const float r = s->bounding_radius + SPRINGLS__TRIANGLE_GAP;
+    box = springls__box_add(box, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r));
+    return springls__box_add(box, springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
 }
 
 SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const springls__box *box)
@@ -116,11 +110,12 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    springls__v3 n = springls__springl_normal(*s);
+    springls__v3 n;
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
     int i, to_triangle, nearest = -1, facing = SPRINGLS__OFF_SURFACE;
     if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
+    n = springls__springl_normal(*s);
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
@@ -360,7 +355,9 @@ typedef struct springls__combination {
     uint64_t other_attributes;       /* its attributes_version, which has to stay                              */
     springls__side_rule rule[2];     /* for the springls of this model and of the other                        */
     springls__surface surfaces[2];   /* of the triangles of both that may touch those of the other             */
-    springls__box box[2];            /* of the springls of both                                                */
+    springls__buffer near_memory;    /* the springls of this model that may meet the other, ascending          */
+    int near_count;
+    springls__box box[2];            /* of these, and of the springls of the other                             */
     springls__cell_marks marks;      /* of the particles of one of them                                        */
     springls__surface *building;     /* the hierarchy that is being built; NULL: none                          */
     springls__bvh_progress progress;
@@ -375,22 +372,83 @@ typedef struct springls__combination {
 
 /* ---- which springls stay ---- */
 
+/* Returns the box beyond which a grid is outside, bricks, and the domain's border widened without end; *uniform: false where it is
+   inside somewhere beyond. */
+SPRINGLS__FN springls__box springls__box_beyond_which_outside(const springls__grid *g, bool *uniform)
+{
+    springls__box box = springls__box_of_bricks(g);
+    const int entries = (int)springls__entry_count(g);
+    int i, o[3];
+    if (box.lower.x <= 0.0f) box.lower.x = -FLT_MAX;
+    if (box.lower.y <= 0.0f) box.lower.y = -FLT_MAX;
+    if (box.lower.z <= 0.0f) box.lower.z = -FLT_MAX;
+    if (box.upper.x >= (float)g->size[0]) box.upper.x = FLT_MAX;
+    if (box.upper.y >= (float)g->size[1]) box.upper.y = FLT_MAX;
+    if (box.upper.z >= (float)g->size[2]) box.upper.z = FLT_MAX;
+    *uniform = true;
+    for (i = 0; i < entries && *uniform; i++) {
+        if (g->top[i] != SPRINGLS__INSIDE) continue;
+        springls__entry_origin(g, i, o);
+        *uniform = (float)o[0] > box.lower.x && (float)o[1] > box.lower.y && (float)o[2] > box.lower.z && (float)o[0] < box.upper.x
+                   && (float)o[1] < box.upper.y && (float)o[2] < box.upper.z;
+    }
+    return box;
+}
+
+SPRINGLS__FN int *springls__near_springls(const springls__combination *c) { return (int *)c->near_memory.data; }
+
+/* Lists the springls that the other model may cut, cover or touch: all others stay, so that an edit costs what it cuts. An intersection
+   lists all. */
+SPRINGLS__FN springls_status springls__find_near_springls(springls_context *ctx)
+{
+    springls__combination *c = ctx->step.combination;
+    const springls__springl *s = ctx->model.set.s;
+    springls__box box;
+    bool uniform;
+    int i, *near_springls;
+    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
+    c->count = ctx->model.set.count;
+    c->box[0] = c->box[1] = springls__box_empty();
+    for (i = 0; i < c->other->model.set.count; i++) c->box[1] = springls__box_add_springl(c->box[1], &c->other->model.set.s[i]);
+    box = springls__box_beyond_which_outside(&c->other->model.grid, &uniform);
+    box = springls__box_add(springls__box_add(box, c->box[1].lower), c->box[1].upper);
+    uniform = uniform && c->operation != SPRINGLS_OPERATION_INTERSECTION;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->near_memory, (size_t)c->count + 1, sizeof(int), 0));
+    near_springls = springls__near_springls(c);
+    for (i = c->near_count = 0; i < c->count; i++) {
+        if (uniform && !springls__reaches_box(&s[i], &box)) continue;
+        near_springls[c->near_count++] = i;
+        c->box[0] = springls__box_add_springl(c->box[0], &s[i]);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns how many springls of this model (of: 0) or of the other (1) may meet the second of the two; their numbers: springls__meeting. */
+SPRINGLS__FN int springls__meeting_count(const springls__combination *c, int of)
+{
+    return of ? c->other->model.set.count : c->near_count;
+}
+
+SPRINGLS__FN const springls__springl *springls__meeting(const springls_context *ctx, const springls__combination *c, int of, int i)
+{
+    return of ? &c->other->model.set.s[i] : &ctx->model.set.s[springls__near_springls(c)[i]];
+}
+
 /* Marks the cells with particles of this model (of: 0) or of the other (1), in a box around the springls of the second of the two. */
 SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, springls__combination *c, int of)
 {
-    const springls_context *model = of ? c->other : ctx;
-    const springls__box a = springls__box_of_springls(ctx), b = springls__box_of_springls(c->other);
-    const springls__springl *s = model->model.set.s;
+    const springls__box a = c->box[0], b = c->box[1];
+    const int count = springls__meeting_count(c, of);
     int i;
-    c->box[0] = a;
-    c->box[1] = b;
     SPRINGLS__TRY(springls__cell_marks_begin(ctx, &c->marks,
                                              springls__v3_make(springls__max(a.lower.x, b.lower.x), springls__max(a.lower.y, b.lower.y),
                                                                springls__max(a.lower.z, b.lower.z)),
                                              springls__v3_make(springls__min(a.upper.x, b.upper.x), springls__min(a.upper.y, b.upper.y),
                                                                springls__min(a.upper.z, b.upper.z)), 1.0f));
-    for (i = 0; i < model->model.set.count; i++)
-        if (springls__reaches_box(&s[i], &c->box[1 - of])) springls__mark_cells_around(&c->marks, s[i].p, SPRINGLS__TRIANGLE_GAP);
+    for (i = 0; i < count; i++) {
+        const springls__springl *s = springls__meeting(ctx, c, of, i);
+        if (springls__reaches_box(s, &c->box[1 - of])) springls__mark_cells_around(&c->marks, s->p, SPRINGLS__TRIANGLE_GAP);
+    }
     return SPRINGLS_OK;
 }
 
@@ -398,20 +456,20 @@ SPRINGLS__FN springls_status springls__mark_particles(springls_context *ctx, spr
    other triangle is ever asked for. */
 SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, springls__combination *c, int of)
 {
-    const springls_context *model = of ? c->other : ctx;
-    const springls__springl *s = model->model.set.s;
+    const int meeting = springls__meeting_count(c, of);
     springls__surface *surface = &c->surfaces[of];
     int i, m, count = 0;
-    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], &c->box[1 - of]);
+    for (i = 0; i < meeting; i++) count += springls__reaches_box(springls__meeting(ctx, c, of, i), &c->box[1 - of]);
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->originals.items, (size_t)count + 1, sizeof(springls__bvh_item), 0));
-    for (i = count = 0; i < model->model.set.count; i++) {
-        const float r = s[i].bounding_radius;
-        const springls__v3 p = s[i].p;
-        if (!springls__reaches_box(&s[i], &c->box[1 - of])
+    for (i = count = 0; i < meeting; i++) {
+        const springls__springl *s = springls__meeting(ctx, c, of, i);
+        const float r = s->bounding_radius;
+        const springls__v3 p = s->p;
+        if (!springls__reaches_box(s, &c->box[1 - of])
             || !springls__visit_cells(&c->marks, springls__v3_make(p.x - r, p.y - r, p.z - r),
                                       springls__v3_make(p.x + r, p.y + r, p.z + r), false)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s->q[m];
         count++;
     }
     if (count == 0) return SPRINGLS_OK;
@@ -422,7 +480,6 @@ SPRINGLS__FN springls_status springls__gather_meeting(springls_context *ctx, spr
 
 SPRINGLS__FN springls_status springls__mark_other_particles(springls_context *ctx)
 {
-    if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
     return springls__mark_particles(ctx, ctx->step.combination, 1);
 }
 
@@ -458,15 +515,17 @@ static const springls__entry springls__build[] = {
     SPRINGLS__END
 SPRINGLS__END };
 
-/* Decides which springls of this model stay. */
+/* Decides which springls of this model stay, of those listed. */
 SPRINGLS__FN void springls__mark_own_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__combination *c = ctx->step.combination;
+    const int *near_springls = springls__near_springls(c);
     uint8_t *kept = (uint8_t *)c->kept[0].data;
     (void)memory;
     for (; begin < end; begin++)
-        kept[begin] = springls__is_kept(&c->rule[0], &ctx->model.set.s[begin]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        kept[near_springls[begin]] = springls__is_kept(&c->rule[0], &ctx->model.set.s[near_springls[begin]]) ? SPRINGLS__KEEP
+                                                                                                             : SPRINGLS__REMOVE;
 }
 
 SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float *memory)
@@ -482,11 +541,11 @@ SPRINGLS__FN void springls__mark_other_work(void *arg, int begin, int end, float
 SPRINGLS__FN springls_status springls__mark_own(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
-    c->count = ctx->model.set.count;
     c->rule[0] = springls__rule_of(&c->other->model.grid, &c->surfaces[1], c->operation, false);
     c->rule[1] = springls__rule_of(&ctx->model.grid, &c->surfaces[0], c->operation, true);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->kept[0], (size_t)c->count, 1, 0));
-    springls__loop_over(ctx, c->count, 64, 0, springls__mark_own_work, ctx);
+    memset(c->kept[0].data, SPRINGLS__KEEP, (size_t)c->count);
+    springls__loop_over(ctx, c->near_count, 64, 0, springls__mark_own_work, ctx);
     return SPRINGLS_OK;
 }
 
@@ -498,11 +557,12 @@ SPRINGLS__FN springls_status springls__mark_other(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN int springls__count_kept(const springls__buffer *kept, int count)
+/* Counts the springls that are not kept, of `count` listed ones; NULL: of the first ones. */
+SPRINGLS__FN int springls__count_removed(const springls__buffer *kept, const int *listed, int count)
 {
     const uint8_t *action = (const uint8_t *)kept->data;
     int i, n = 0;
-    for (i = 0; i < count; i++) n += action[i] == SPRINGLS__KEEP;
+    for (i = 0; i < count; i++) n += action[listed ? listed[i] : i] == SPRINGLS__REMOVE;
     return n;
 }
 
@@ -511,8 +571,8 @@ SPRINGLS__FN springls_status springls__room_for_both(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     int i, sum;
-    c->staying = springls__count_kept(&c->kept[0], c->count);
-    c->added = springls__count_kept(&c->kept[1], c->other->model.set.count);
+    c->staying = c->count - springls__count_removed(&c->kept[0], springls__near_springls(c), c->near_count);
+    c->added = c->other->model.set.count - springls__count_removed(&c->kept[1], NULL, c->other->model.set.count);
     sum = c->staying + c->added;
     if (sum == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (sum > ctx->desc.max_springls)
@@ -662,11 +722,25 @@ SPRINGLS__FN springls_status springls__mark_cut(springls_context *ctx)
 {
     springls__combination *c = ctx->step.combination;
     const uint8_t *kept = (const uint8_t *)c->kept[0].data;
-    int i;
+    const int *near_springls = springls__near_springls(c);
+    int k;
     SPRINGLS__TRY(springls__change_marks_begin(ctx, &c->completion.change, c->box[1]));
-    for (i = 0; i < c->count; i++)
-        if (kept[i] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
+    for (k = 0; k < c->near_count; k++)
+        if (kept[near_springls[k]] == SPRINGLS__REMOVE) springls__mark_change(&c->completion.change, ctx->model.set.s[near_springls[k]].p);
     return SPRINGLS_OK;
+}
+
+/* Lists those of the near springls that stay, by the numbers that they have when the others are gone. */
+SPRINGLS__FN void springls__renumber_near_springls(springls__combination *c)
+{
+    const uint8_t *kept = (const uint8_t *)c->kept[0].data;
+    int *near_springls = springls__near_springls(c);
+    int k, removed = 0;
+    for (k = 0; k < c->near_count; k++) {
+        if (kept[near_springls[k]] == SPRINGLS__REMOVE) removed++;
+        else near_springls[k - removed] = near_springls[k] - removed;
+    }
+    c->near_count -= removed;
 }
 
 /* Removes the springls of this model that do not stay. */
@@ -680,22 +754,25 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, c->count);
-    springls__constellation_changed(ctx);
+    springls__renumber_near_springls(ctx->step.combination);
+    springls__constellation_changed_behind(ctx, ctx->keyed);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN void springls__pull_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
+    const int *near_springls = springls__near_springls(ctx->step.combination);
     springls__springl *s = ctx->model.set.s;
     (void)memory;
-    for (; begin < end; begin++) s[begin] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[begin]);
+    for (; begin < end; begin++)
+        s[near_springls[begin]] = springls__pull_to_surface(&ctx->step.combination->rule[0], s[near_springls[begin]]);
 }
 
 /* Pulls the springls that stay to the seam; phi is still as it was. Ends with a loop. */
 SPRINGLS__FN springls_status springls__pull_own(springls_context *ctx)
 {
-    springls__loop_over(ctx, ctx->step.combination->staying, 64, 0, springls__pull_work, ctx);
+    springls__loop_over(ctx, ctx->step.combination->near_count, 64, 0, springls__pull_work, ctx);
     return SPRINGLS_OK;
 }
 
@@ -719,14 +796,19 @@ SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
 SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
+    springls__arguments args;
     int i;
+    for (i = 0; i < c->near_count && ctx->keyed; i++) { /* a triangle that was pulled may no longer be too large for a cell */
+        args.cell_key.first = springls__near_springls(c)[i];
+        springls__cell_key_element(&ctx->model, args, 0);
+    }
     for (i = c->staying; i < ctx->model.set.count; i++) springls__mark_change(&c->completion.change, ctx->model.set.s[i].p);
     springls__stir(ctx, SPRINGLS__STIR_ALL, c->staying, c->added);
     if (ctx->last_contact_body) ctx->last_contact_body += c->other->last_contact_body + 1u;
     if (c->operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += c->count - c->staying;
     ctx->stats.added += c->added;
-    springls__constellation_changed(ctx);
+    springls__constellation_changed_behind(ctx, springls__imin(ctx->keyed, c->staying));
     return SPRINGLS_OK;
 }
 
@@ -761,7 +843,7 @@ SPRINGLS__FN springls_status springls__level_sets_combined(springls_context *ctx
                       ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     springls__swap_phi(ctx);
     ctx->omega_fresh = false;
-    return springls__find_awake(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Goes back to what was awake before, where it has not changed. */
@@ -775,6 +857,7 @@ SPRINGLS__FN springls_status springls__combination_end(springls_context *ctx)
 
 /* Until the model is saved it does not change. What costs most is the completion of what is cut. */
 static const springls__entry springls__combine[] = {
+    SPRINGLS__DO(springls__find_near_springls)
     SPRINGLS__DO(springls__mark_other_particles)
     SPRINGLS__DO(springls__gather_own)
     SPRINGLS__CALL(springls__build)
@@ -808,6 +891,8 @@ static const springls__entry springls__combine[] = {
     SPRINGLS__DO(springls__springls_taken)
     SPRINGLS__DO(springls__combine_bricks)
     SPRINGLS__DO(springls__level_sets_combined)
+    SPRINGLS__DO(springls__cell_list_build)
+    SPRINGLS__DO(springls__find_awake)
     SPRINGLS__CALL(springls__complete)
     SPRINGLS__DO(springls__combination_end)
 SPRINGLS__END };
@@ -840,6 +925,7 @@ SPRINGLS__FN void springls__combination_ended(springls_context *ctx, springls_st
     springls__buffer_free(ctx, &c->marks.memory);
     springls__both_originals_free(ctx, &c->originals);
     springls__references_free(ctx, &c->references);
+    springls__buffer_free(ctx, &c->near_memory);
     springls__buffer_free(ctx, &c->kept[0]);
     springls__buffer_free(ctx, &c->kept[1]);
     springls__calm_aside_free(ctx, &c->aside);

@@ -91,11 +91,7 @@ SPRINGLS__FN springls_status springls__mark_new_springls(springls_context *ctx, 
     return SPRINGLS_OK;
 }
 
-/* In ASLEEP, whose other values are 0 and 1: the springl's brick is awake, but no change reaches it. Where no brick sleeps, the array is
-   not read, nor set. */
-enum { SPRINGLS__UNREACHED = 2 };
-
-/* Lets the springls sleep that no change reaches. */
+/* Lets the springls sleep that no change reaches. Where no brick sleeps, the array is not read, nor set. */
 SPRINGLS__FN void springls__sleep_unmarked(springls_context *ctx, const springls__cell_marks *marks)
 {
     const springls__springl *s = ctx->model.set.s;
@@ -140,6 +136,7 @@ SPRINGLS__FN void springls__put_awake_back(springls_context *ctx, const springls
 {
     springls__grid *g = &ctx->model.grid;
     int i;
+    springls__phi_not_kept(ctx);
     for (i = SPRINGLS__FIRST_SLOT; i < aside->slot_count; i++)
         if (g->slot_brick[i] >= 0) g->awake[i] = ((const uint8_t *)aside->awake.data)[i];
     memcpy(ctx->model.cells.asleep, aside->asleep.data, (size_t)aside->count);
@@ -241,7 +238,6 @@ SPRINGLS__END };
 
 SPRINGLS__FN springls_status springls__completion_begin(springls_context *ctx)
 {
-    springls__constellation_changed(ctx);
     springls__clear_target_volumes(ctx);
     return SPRINGLS_OK;
 }
@@ -286,13 +282,14 @@ static const springls__entry springls__complete[] = {
     SPRINGLS__DO(springls__mark_phi_synced)
 SPRINGLS__END };
 
-/* Runs one of these tables to its end. */
+/* Runs one of these tables to its end, after springls have changed. */
 SPRINGLS__FN springls_status springls__run_completion(springls_context *ctx, const springls__entry *table)
 {
     springls__completion completion;
     springls_status status;
     memset(&completion, 0, sizeof completion);
     ctx->completion = &completion;
+    springls__constellation_changed(ctx);
     status = springls__run_table(ctx, table);
     ctx->completion = NULL;
     springls__completion_free(ctx, &completion);
