@@ -18618,8 +18618,26 @@ SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surfac
     return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
 }
 
-/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
-   the trimmed ones are counted too. */
+/* Returns whether springl i has hits in the table. */
+SPRINGLS__INNER bool springls__may_hit(const springls__model *model, const springls__contour *contour, int i)
+{
+    return contour->surfel[i].home >= 0 && !springls__is_overlapped(model, i);
+}
+
+/* Returns how many hits springl i has at most: a line along each axis through every node under its discs. */
+SPRINGLS__MATHS int springls__most_hits(const springls__model *model, const springls__contour *contour, int i)
+{
+    const float radius = springls__hit_radius(model->set.s[i].bounding_radius);
+    springls__disc disc;
+    int axis, n = 0;
+    if (!springls__may_hit(model, contour, i)) return 0;
+    for (axis = 0; axis < 3; axis++)
+        if (springls__disc_of(&model->grid, contour->surfel[i].p, contour->surfel[i].n, radius, axis, &disc))
+            n += springls__imax(disc.hi[0] - disc.lo[0] + 1, 0) * springls__imax(disc.hi[1] - disc.lo[1] + 1, 0);
+    return n;
+}
+
+/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go. */
 SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
                                         const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
@@ -18632,17 +18650,15 @@ SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const spri
     for (v = disc.lo[1]; v <= disc.hi[1]; v++)
         for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
             springls__row_hit found;
+            springls__v3 x;
             if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
-            if (out) {
-                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
-                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
-                if (trims->count && springls__is_trimmed(trims, x)) continue;
-                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
-                if (found.row < 0) continue;
-                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
-                out[n] = found;
-            }
-            n++;
+            x = springls__with_along(springls__zero3(), axis, found.hit.t);
+            x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
+            if (trims->count && springls__is_trimmed(trims, x)) continue;
+            found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
+            if (found.row < 0) continue;
+            found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
+            out[n++] = found;
         }
     return n;
 }
@@ -18652,10 +18668,10 @@ SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const s
                                            springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
     int axis, n = 0;
-    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
+    if (!springls__may_hit(model, contour, i)) return 0;
     trims->count = 0;
-    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
-    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
+    if (contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
+    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out + n);
     return n;
 }
 
@@ -21043,10 +21059,9 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
 SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
-    springls__trims trims;
     (void)memory;
     for (; begin < end; begin++)
-        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &trims, NULL);
+        job->first_found[begin] = springls__most_hits(&job->ctx->model, &job->contour, job->springl[begin]);
 }
 
 /* Finds the hits of springls, and where those of the next one begin at most. */
@@ -29756,6 +29771,8 @@ typedef struct springls__contour_chunks {
     uint8_t *is_left;      /* [published springl] 1: there still is one with its id                        */
     uint8_t *moved_phi;    /* [published brick] a bit for each eighth where phi is not as published        */
     int region_bricks, region_in_table; /* of those the table of all bricks would have                     */
+    int last_box[6];       /* of bricks, the last one added to the region                                  */
+    int region_lower[3], region_upper[3]; /* places in the window around the region                        */
     bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
     springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory;
     springls__buffer reach_memory, seen_as_memory, is_left_memory, moved_phi_memory;
@@ -30665,10 +30682,14 @@ SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Adds the bricks from `lower` to `upper` to the region: the table has none before the last one beyond the border. */
+/* Adds the bricks from `lower` to `upper` to the region: the table has none before the last one beyond the border. Neighboring springls
+   often have the same box. */
 SPRINGLS__FN void springls__add_box_to_region(springls__contour_chunks *c, const int lower[3], const int upper[3])
 {
+    const int box[6] = { lower[0], lower[1], lower[2], upper[0], upper[1], upper[2] };
     int at[3];
+    if (c->region_bricks > 0 && memcmp(box, c->last_box, sizeof box) == 0) return;
+    memcpy(c->last_box, box, sizeof box);
     for (at[2] = springls__imax(lower[2], -1); at[2] <= upper[2]; at[2]++)
         for (at[1] = springls__imax(lower[1], -1); at[1] <= upper[1]; at[1]++)
             for (at[0] = springls__imax(lower[0], -1); at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
@@ -30709,7 +30730,7 @@ SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, c
    region of many bricks is the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    int *places, i, n = 0, place[3];
+    int *places, i, axis, n = 0, place[3];
     springls__sort_keys(c->region, (size_t)c->region_bricks);
     for (i = 0; i < c->region_bricks; i++)
         if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
@@ -30718,6 +30739,10 @@ SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, spring
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
     for (i = n = 0; i < c->region_bricks; i++) {
         springls__place_of_key(c->region[i], place);
+        for (axis = 0; axis < 3; axis++) {
+            c->region_lower[axis] = i == 0 ? place[axis] : springls__imin(c->region_lower[axis], place[axis]);
+            c->region_upper[axis] = i == 0 ? place[axis] : springls__imax(c->region_upper[axis], place[axis]);
+        }
         if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
     }
     c->region_in_table = n;
@@ -30803,8 +30828,10 @@ SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
 /* Returns whether all bricks within reach of a place are in the region. */
 SPRINGLS__FN bool springls__region_surrounds(const springls__contour_chunks *c, springls__v3 p)
 {
-    int lower[3], upper[3], at[3];
+    int lower[3], upper[3], at[3], axis;
     springls__box_of_bricks_within(p, SPRINGLS__REGION_REACH, lower, upper);
+    for (axis = 0; axis < 3; axis++)
+        if (lower[axis] < c->region_lower[axis] || upper[axis] > c->region_upper[axis]) return false;
     for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
         for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
             for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++)
@@ -47857,8 +47884,26 @@ static const char *const springls__kernel_lines[] = {
     "    return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);\n",
     "}\n",
     "\n",
-    "/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and\n",
-    "   the trimmed ones are counted too. */\n",
+    "/* Returns whether springl i has hits in the table. */\n",
+    "SPRINGLS__INNER bool springls__may_hit(const springls__model *model, const springls__contour *contour, int i)\n",
+    "{\n",
+    "    return contour->surfel[i].home >= 0 && !springls__is_overlapped(model, i);\n",
+    "}\n",
+    "\n",
+    "/* Returns how many hits springl i has at most: a line along each axis through every node under its discs. */\n",
+    "SPRINGLS__MATHS int springls__most_hits(const springls__model *model, const springls__contour *contour, int i)\n",
+    "{\n",
+    "    const float radius = springls__hit_radius(model->set.s[i].bounding_radius);\n",
+    "    springls__disc disc;\n",
+    "    int axis, n = 0;\n",
+    "    if (!springls__may_hit(model, contour, i)) return 0;\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        if (springls__disc_of(&model->grid, contour->surfel[i].p, contour->surfel[i].n, radius, axis, &disc))\n",
+    "            n += springls__imax(disc.hi[0] - disc.lo[0] + 1, 0) * springls__imax(disc.hi[1] - disc.lo[1] + 1, 0);\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go. */\n",
     "SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,\n",
     "                                        const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)\n",
     "{\n",
@@ -47871,17 +47916,15 @@ static const char *const springls__kernel_lines[] = {
     "    for (v = disc.lo[1]; v <= disc.hi[1]; v++)\n",
     "        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {\n",
     "            springls__row_hit found;\n",
+    "            springls__v3 x;\n",
     "            if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;\n",
-    "            if (out) {\n",
-    "                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);\n",
-    "                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);\n",
-    "                if (trims->count && springls__is_trimmed(trims, x)) continue;\n",
-    "                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);\n",
-    "                if (found.row < 0) continue;\n",
-    "                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;\n",
-    "                out[n] = found;\n",
-    "            }\n",
-    "            n++;\n",
+    "            x = springls__with_along(springls__zero3(), axis, found.hit.t);\n",
+    "            x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);\n",
+    "            if (trims->count && springls__is_trimmed(trims, x)) continue;\n",
+    "            found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);\n",
+    "            if (found.row < 0) continue;\n",
+    "            found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;\n",
+    "            out[n++] = found;\n",
     "        }\n",
     "    return n;\n",
     "}\n",
@@ -47891,10 +47934,10 @@ static const char *const springls__kernel_lines[] = {
     "                                           springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)\n",
     "{\n",
     "    int axis, n = 0;\n",
-    "    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;\n",
+    "    if (!springls__may_hit(model, contour, i)) return 0;\n",
     "    trims->count = 0;\n",
-    "    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);\n",
-    "    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);\n",
+    "    if (contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);\n",
+    "    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out + n);\n",
     "    return n;\n",
     "}\n",
     "\n",
@@ -48689,7 +48732,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 19455 \"springls.h\"\n",
+    "#line 19471 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -49315,7 +49358,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__find_face_arcs(model, contour, brick, &face, of_node, owned, work);\n",
     "    }\n",
     "}\n",
-    "#line 20082 \"springls.h\"\n",
+    "#line 20098 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -49913,7 +49956,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 49917 \"springls.h\"\n",
+    "#line 49960 \"springls.h\"\n",
     "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
     "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
     "\n",

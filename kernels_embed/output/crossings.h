@@ -336,8 +336,26 @@ SPRINGLS__MATHS int springls__row_of_hit(SPRINGLS__GLOBAL const springls__surfac
     return brick < 0 ? -1 : brick * SPRINGLS__TABLE_ROWS + 64 * axis + (u & 7) + 8 * (v & 7);
 }
 
-/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go, NULL: nowhere, and
-   the trimmed ones are counted too. */
+/* Returns whether springl i has hits in the table. */
+SPRINGLS__INNER bool springls__may_hit(const springls__model *model, const springls__contour *contour, int i)
+{
+    return contour->surfel[i].home >= 0 && !springls__is_overlapped(model, i);
+}
+
+/* Returns how many hits springl i has at most: a line along each axis through every node under its discs. */
+SPRINGLS__MATHS int springls__most_hits(const springls__model *model, const springls__contour *contour, int i)
+{
+    const float radius = springls__hit_radius(model->set.s[i].bounding_radius);
+    springls__disc disc;
+    int axis, n = 0;
+    if (!springls__may_hit(model, contour, i)) return 0;
+    for (axis = 0; axis < 3; axis++)
+        if (springls__disc_of(&model->grid, contour->surfel[i].p, contour->surfel[i].n, radius, axis, &disc))
+            n += springls__imax(disc.hi[0] - disc.lo[0] + 1, 0) * springls__imax(disc.hi[1] - disc.lo[1] + 1, 0);
+    return n;
+}
+
+/* Finds the hits of springl i on lines along an axis, but those that are trimmed. Returns how many; out: where they go. */
 SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const springls__contour *contour, int i, int axis,
                                         const springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
@@ -350,17 +368,15 @@ SPRINGLS__MATHS int springls__disc_hits(const springls__model *model, const spri
     for (v = disc.lo[1]; v <= disc.hi[1]; v++)
         for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
             springls__row_hit found;
+            springls__v3 x;
             if (!springls__disc_meets(&disc, u, v, &found.hit) || found.hit.t < 0.0f || found.hit.t >= last) continue;
-            if (out) {
-                springls__v3 x = springls__with_along(springls__zero3(), axis, found.hit.t);
-                x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
-                if (trims->count && springls__is_trimmed(trims, x)) continue;
-                found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
-                if (found.row < 0) continue;
-                found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
-                out[n] = found;
-            }
-            n++;
+            x = springls__with_along(springls__zero3(), axis, found.hit.t);
+            x = springls__with_along(springls__with_along(x, b, (float)u), c, (float)v);
+            if (trims->count && springls__is_trimmed(trims, x)) continue;
+            found.row = springls__row_of_hit(contour->brick + s.home, axis, found.hit.t, u, v);
+            if (found.row < 0) continue;
+            found.hit.springl = springls__along(s.n, axis) > 0.0f ? i : ~i;
+            out[n++] = found;
         }
     return n;
 }
@@ -370,10 +386,10 @@ SPRINGLS__MATHS int springls__springl_hits(const springls__model *model, const s
                                            springls__trims *trims, SPRINGLS__GLOBAL springls__row_hit *out)
 {
     int axis, n = 0;
-    if (contour->surfel[i].home < 0 || springls__is_overlapped(model, i)) return 0;
+    if (!springls__may_hit(model, contour, i)) return 0;
     trims->count = 0;
-    if (out && contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
-    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out ? out + n : out);
+    if (contour->surfel[i].creased) springls__find_trims(model, contour, i, trims);
+    for (axis = 0; axis < 3; axis++) n += springls__disc_hits(model, contour, i, axis, trims, out + n);
     return n;
 }
 

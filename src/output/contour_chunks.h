@@ -78,6 +78,8 @@ typedef struct springls__contour_chunks {
     uint8_t *is_left;      /* [published springl] 1: there still is one with its id                        */
     uint8_t *moved_phi;    /* [published brick] a bit for each eighth where phi is not as published        */
     int region_bricks, region_in_table; /* of those the table of all bricks would have                     */
+    int last_box[6];       /* of bricks, the last one added to the region                                  */
+    int region_lower[3], region_upper[3]; /* places in the window around the region                        */
     bool whole, open;      /* the table is of all bricks; the new contour is still to be made, or made again */
     springls__buffer first_brick_memory, of_table_memory, vertex_key_memory, order_memory, used_memory, region_memory;
     springls__buffer reach_memory, seen_as_memory, is_left_memory, moved_phi_memory;

@@ -169,10 +169,14 @@ SPRINGLS__FN springls_status springls__reserve_region(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Adds the bricks from `lower` to `upper` to the region: the table has none before the last one beyond the border. */
+/* Adds the bricks from `lower` to `upper` to the region: the table has none before the last one beyond the border. Neighboring springls
+   often have the same box. */
 SPRINGLS__FN void springls__add_box_to_region(springls__contour_chunks *c, const int lower[3], const int upper[3])
 {
+    const int box[6] = { lower[0], lower[1], lower[2], upper[0], upper[1], upper[2] };
     int at[3];
+    if (c->region_bricks > 0 && memcmp(box, c->last_box, sizeof box) == 0) return;
+    memcpy(c->last_box, box, sizeof box);
     for (at[2] = springls__imax(lower[2], -1); at[2] <= upper[2]; at[2]++)
         for (at[1] = springls__imax(lower[1], -1); at[1] <= upper[1]; at[1]++)
             for (at[0] = springls__imax(lower[0], -1); at[0] <= upper[0]; at[0]++) c->region[c->region_bricks++] = springls__place_key(at);
@@ -213,7 +217,7 @@ SPRINGLS__FN void springls__add_eighths_to_region(springls__contour_chunks *c, c
    region of many bricks is the whole. */
 SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, springls__contour_chunks *c)
 {
-    int *places, i, n = 0, place[3];
+    int *places, i, axis, n = 0, place[3];
     springls__sort_keys(c->region, (size_t)c->region_bricks);
     for (i = 0; i < c->region_bricks; i++)
         if (n == 0 || c->region[i] != c->region[n - 1]) c->region[n++] = c->region[i];
@@ -222,6 +226,10 @@ SPRINGLS__FN springls_status springls__take_region(springls_context *ctx, spring
     places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_REGION].data;
     for (i = n = 0; i < c->region_bricks; i++) {
         springls__place_of_key(c->region[i], place);
+        for (axis = 0; axis < 3; axis++) {
+            c->region_lower[axis] = i == 0 ? place[axis] : springls__imin(c->region_lower[axis], place[axis]);
+            c->region_upper[axis] = i == 0 ? place[axis] : springls__imax(c->region_upper[axis], place[axis]);
+        }
         if (springls__surface_reaches(&ctx->model.grid, place)) memcpy(places + 3 * (size_t)n++, place, sizeof place);
     }
     c->region_in_table = n;
@@ -307,8 +315,10 @@ SPRINGLS__FN bool springls__region_fits(const springls__contour_chunks *c)
 /* Returns whether all bricks within reach of a place are in the region. */
 SPRINGLS__FN bool springls__region_surrounds(const springls__contour_chunks *c, springls__v3 p)
 {
-    int lower[3], upper[3], at[3];
+    int lower[3], upper[3], at[3], axis;
     springls__box_of_bricks_within(p, SPRINGLS__REGION_REACH, lower, upper);
+    for (axis = 0; axis < 3; axis++)
+        if (lower[axis] < c->region_lower[axis] || upper[axis] > c->region_upper[axis]) return false;
     for (at[2] = lower[2]; at[2] <= upper[2]; at[2]++)
         for (at[1] = lower[1]; at[1] <= upper[1]; at[1]++)
             for (at[0] = lower[0]; at[0] <= upper[0]; at[0]++)

@@ -375,10 +375,9 @@ SPRINGLS__FN void springls__surfel_work(void *arg, int begin, int end, float *me
 SPRINGLS__FN void springls__count_hits_work(void *arg, int begin, int end, float *memory)
 {
     const springls__surface_job *job = (const springls__surface_job *)arg;
-    springls__trims trims;
     (void)memory;
     for (; begin < end; begin++)
-        job->first_found[begin] = springls__springl_hits(&job->ctx->model, &job->contour, job->springl[begin], &trims, NULL);
+        job->first_found[begin] = springls__most_hits(&job->ctx->model, &job->contour, job->springl[begin]);
 }
 
 /* Finds the hits of springls, and where those of the next one begin at most. */
