@@ -166,7 +166,7 @@ FIXTURE springls_status call_chunks_create(call_bench *b)
 /* Creates the bench's chunks, if they do not exist. */
 FIXTURE springls_status call_need_chunks(call_bench *b)
 {
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     return b->chunks ? SPRINGLS_OK : springls_chunks_create(b->ctx, &desc, &b->chunks);
 }
 

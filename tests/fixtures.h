@@ -379,6 +379,14 @@ FIXTURE springls_context *fixture_context(int size, const springls_params *param
     return ctx;
 }
 
+/* Makes meshes, measures, rays and components those of the zero level: for tests of phi. Returns ctx. */
+FIXTURE springls_context *fixture_of_zero_level(springls_context *ctx)
+{
+    springls_params params = springls_get_params(ctx);
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    return springls_set_params(ctx, &params) == SPRINGLS_OK ? ctx : NULL;
+}
+
 FIXTURE springls_sphere fixture_ball(float x, float y, float z, float radius)
 {
     springls_sphere sphere;

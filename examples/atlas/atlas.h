@@ -361,6 +361,9 @@ void atlas_segment_free(struct atlas_segment *run);
 /* Extracts the surface of some labels of a label map (count = 0: all but 0). all: receives the map, cropped to them. */
 bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
                          struct shape_mesh *mesh);
+/* Returns params (NULL: the defaults) with meshes of the zero level, which is as smooth as the labels' surface has been made: springls
+ * on it show steps of voxels as edges. */
+springls_params atlas_smooth_params(const springls_params *params);
 int atlas_read_labels(const char *text, int *labels); /* reads "K[+K..]"; returns how many, or -1 */
 enum { ATLAS_MAX_LABELS = 64 };
 

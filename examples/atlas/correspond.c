@@ -40,9 +40,9 @@ static bool create_model(const struct shape_mesh *mesh, int cells, const springl
                          double *voxel, springls_context **ctx) {
     float lo[3], hi[3];
     springls_desc desc;
-    springls_params whole = *params; /* springl i is triangle i */
-    whole.split_input = 0;
-    whole.keep_edges = 0; /* sharp edges of surfaces of labels come from their voxels */
+    springls_params whole = atlas_smooth_params(params);
+    whole.split_input = 0; /* springl i is triangle i */
+    whole.keep_edges = 0;  /* sharp edges of surfaces of labels come from their voxels */
     memset(&desc, 0, sizeof desc);
     bounds(mesh, lo, hi);
     const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2])), margin = 0.5 * longest;

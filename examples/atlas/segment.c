@@ -180,7 +180,8 @@ static bool start_springls(struct atlas_segment *run, const struct push *field)
     memset(&desc, 0, sizeof desc);
     const struct volume *cubes = &field->pressure;
     desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
-    desc.params = &run->params;
+    const springls_params smooth = atlas_smooth_params(&run->params);
+    desc.params = &smooth;
     desc.tasks = run_tasks();
     desc.backend = run->backend = run_backend("atlas segment", &run->settings.common);
     if (springls_create(&desc, &run->ctx) != SPRINGLS_OK) {
@@ -317,8 +318,10 @@ static bool fused_surface(const struct push *field, struct shape_mesh *mesh)
     springls_context *ctx = NULL;
     springls_mesh surface;
     springls_desc desc;
+    const springls_params smooth = atlas_smooth_params(NULL);
     memset(&surface, 0, sizeof surface);
     memset(&desc, 0, sizeof desc);
+    desc.params = &smooth;
     const struct volume *cubes = &field->pressure;
     desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
     desc.tasks = run_tasks();
@@ -385,7 +388,8 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(grid->dims, grid->spacing, grid->origin, grid->direction[0]);
-    desc.params = params;
+    const springls_params smooth = atlas_smooth_params(params);
+    desc.params = &smooth;
     desc.tasks = run_tasks();
     const size_t row = (size_t)grid->dims[0];
     float *points = malloc(3 * row * sizeof *points);

@@ -244,6 +244,13 @@ static float level_of(const float *values, size_t count, size_t inside)
     return level;
 }
 
+springls_params atlas_smooth_params(const springls_params *params)
+{
+    springls_params smooth = params ? *params : springls_default_params();
+    smooth.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    return smooth;
+}
+
 /* Extracts the surface where the values are `level`. */
 static bool level_surface(const struct volume *labels, const float *values, float level, const char *name,
                           struct shape_mesh *mesh)
@@ -251,8 +258,10 @@ static bool level_surface(const struct volume *labels, const float *values, floa
     springls_context *ctx = NULL;
     springls_mesh surface;
     springls_desc desc;
+    const springls_params smooth = atlas_smooth_params(NULL);
     memset(&surface, 0, sizeof surface);
     memset(&desc, 0, sizeof desc);
+    desc.params = &smooth;
     desc.grid = segment_model_grid(labels->dims, labels->spacing, labels->origin, labels->direction[0]);
     desc.tasks = run_tasks();
     const bool made = springls_create(&desc, &ctx) == SPRINGLS_OK;

@@ -111,7 +111,7 @@ public:
     Model(int grid, springls_desc desc) : flow EXACT_DEFORMATION(static_cast<float>(grid), 2.5f)
     {
         const float n = static_cast<float>(grid);
-        const springls_chunks_desc with_correspondences = {0, true};
+        const springls_chunks_desc with_correspondences = {0, true, false};
         springls_sphere ball = {{ball_center * n, ball_center * n, ball_center * n}, 0.15f * n};
         for (int &side : desc.grid.size) side = grid;
         if (springls_create(&desc, &model) != SPRINGLS_OK) throw std::string(springls_create_error(&desc));

@@ -25,7 +25,7 @@
 
 /* Parameters that differ from the default. Edges of the source are not kept, since they are not the target's; springls are
  * resampled every second step: after five, those of a growing limb are so far apart that it tears. */
-#define MORPH_SET "keep_edges=0,resample_period=2"
+#define MORPH_SET "keep_edges=0,resample_period=2,contouring=0"
 
 enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
 

@@ -239,8 +239,11 @@ bool segment_compare(struct segment *run)
     const float *spacing = run->image.spacing;
     const char *reference = run->settings.reference;
     struct segment_result *result = run->result;
+    springls_params params = springls_default_params();
     springls_desc desc;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET; /* the mask's voxels have steps, which springls would show as edges */
     memset(&desc, 0, sizeof desc);
+    desc.params = &params;
     desc.grid = segment_model_grid(run->image.dims, run->image.spacing, run->image.origin, run->image.direction[0]);
     if (!run->truth) {
         return true;

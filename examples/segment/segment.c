@@ -343,7 +343,8 @@ int main(int argc, char **argv)
     run.settings.common = cli_common_defaults();
     int status = read_command_line(&run.settings, argc, argv);
     if (status == CLI_CONTINUE) {
-        status = run_options("segment", &run.settings.common, "keep_edges=0", &run.params); /* the start's are not the object's */
+        /* A start's edges are not the object's. */
+        status = run_options("segment", &run.settings.common, "keep_edges=0,contouring=0", &run.params);
     }
     if (status == CLI_CONTINUE) {
         status = run_set_members("segment", set->overrides, &run.params);

@@ -17,7 +17,7 @@
 
 /* Turns relaxation off: section 5.7 moves springls, rebuilds phi from them and lets it evolve. Where no springl is added or
  * removed there is nothing to relax, and a relaxed triangle would not be the same piece of surface any more. */
-#define TRACKING_PARAMETERS "relax_iterations=0"
+#define TRACKING_PARAMETERS "relax_iterations=0,contouring=0"
 
 static int check_usage(const struct track_settings *set)
 {

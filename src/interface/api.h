@@ -290,7 +290,7 @@ typedef struct springls_mesh_report {
     int springls;            /* made of triangles and their parts, and of the film that closes holes                */
 } springls_mesh_report;
 
-/* Sets the model from a triangle mesh (section 4.1). Every triangle with an area becomes a springl. With params.split_input = 1
+/* Sets the model from a triangle mesh (section 4.1). A triangle with an area becomes a springl. With params.split_input = 1
    a triangle with an edge longer than split_edge becomes several: it is cut from the middle of its longest edge, and its
    parts again, narrow ones in strips, alike on both sides of every edge and only within the grid. Where closed parts of the
    mesh overlap, springls inside the solid are not set (a seam on voxel planes may keep a small handle). Springls are
@@ -483,7 +483,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 
 /* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
-/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters, which run in steps alone. */
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters, which run only within steps. */
 typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT,             /* springls_advect                                                           */
     SPRINGLS_STAGE_RELAX,              /* lets each springl seek equilibrium with its neighbours, params.relax_iterations times
@@ -510,8 +510,8 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage);
    nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
 
-/* Runs another stage of RELAX to UNSIGNED_TO_SIGNED on the model as it is. Completes a step in progress. INVALID_ARGUMENT: it is none of
-   these. EMPTY_MODEL: there are no springls to make phi from. */
+/* Runs one stage alone on the model as it is: SPRINGLS_STAGE_RELAX to SPRINGLS_STAGE_UNSIGNED_TO_SIGNED. Completes a step in progress.
+   INVALID_ARGUMENT: it is none of these, and a step in progress goes on. EMPTY_MODEL: there are no springls to make phi from. */
 SPRINGLS_API springls_status springls_run_stage(springls_context *ctx, springls_stage stage);
 
 /* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
@@ -532,7 +532,7 @@ typedef struct springls_step_desc {
     float max_displacement; /* voxels, 0.001 or more: dt is divided into sub-steps in which no particle moves further. 0: what suits
                                the parameters, 2 with carry_level_set, as in the default set, else d_max, as in the paper's. 1.3
                                gives the default set's best accuracy. Negative: dt is never divided, as for displacements with
-                               SPRINGLS_INTEGRATOR_EULER; a dt of 0 is then as with 0                               */
+                               SPRINGLS_INTEGRATOR_EULER; with dt = 0 it is as 0                                    */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
     bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
@@ -753,8 +753,8 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 /* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* Holds one chunk of the watertight surface (params.contouring), the part in one brick of 8^3 voxels, as a mesh of its own.
-   Neighbouring chunks repeat the vertices that they share, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the watertight surface (params.contouring, or desc.zero_level), the part in one brick of 8^3 voxels, as a mesh of
+   its own. Neighbouring chunks repeat the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
     int brick[3];            /* its cubes begin at voxel 8 brick of the lattice: 8 a side, 9 at the grid's lower
                                 border. It names the same place when the grid has moved (springls_desc.follow)      */
@@ -776,6 +776,8 @@ typedef struct springls_chunks_desc {
                              so that without a tolerance all chunks change                                           */
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
                              changed, too, when the attributes of its springls have                                  */
+    bool zero_level;      /* chunks of the zero level of phi whatever params.contouring is: what a brush changes takes a tenth of
+                             the time, edges are rounded off, and sheets below a voxel or two may be lost            */
 } springls_chunks_desc;
 
 /* Remembers which chunks one consumer has received. A context may have any number of consumers. */

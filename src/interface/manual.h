@@ -382,8 +382,8 @@
    half the tolerance away, and only chunks with other triangles or with vertices that moved are listed. An update makes the mesh again
    where springls or phi are not as published, by half the tolerance, and keeps the rest: so no vertex is further than the tolerance from
    the mesh. Where that is more than a third, or the tolerance is negative, it makes the whole mesh. On the same ball all takes some 50 ms,
-   and a brush about 10 (.6 for the zero level). For that a consumer has a copy of its mesh, 32 bytes a springl twice, and .7 KB a brick
-   twice.
+   and a brush about 7 (.5 for the zero level, which a consumer can ask for: springls_chunks_desc.zero_level). For that a consumer has a
+   copy of its mesh, 32 bytes a springl twice, and .7 KB a brick twice.
 
    So do components, events and volume_lock. A component is what a connected part of the mesh bounds: sheets below a voxel are bodies, and
    two bodies stay two while springls hold the gap between them. With components or volume_lock each sub-step makes the mesh once at its

@@ -1018,7 +1018,13 @@ SPRINGLS__FN springls_status springls__chunks_filled(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN bool springls__contours_level_set(const springls_context *ctx) { return !springls__contours_springls(ctx); }
+/* Returns whether the chunks being updated are of the zero level. */
+SPRINGLS__FN bool springls__updates_zero_level(const springls_context *ctx)
+{
+    return ctx->step.chunks->desc.zero_level || !springls__contours_springls(ctx);
+}
+
+SPRINGLS__FN bool springls__updates_contours(const springls_context *ctx) { return !springls__updates_zero_level(ctx); }
 
 static const springls__entry springls__update_level_set_chunks[] = {
     SPRINGLS__DO(springls__publish_changes)
@@ -1034,10 +1040,10 @@ static const springls__entry springls__chunks_update[] = {
         SPRINGLS__CALL(springls__wake_moved)
         SPRINGLS__STAGE(PROJECT, springls__carry_level_set)
     SPRINGLS__END
-    SPRINGLS__IF(springls__contours_springls)
+    SPRINGLS__IF(springls__updates_contours)
         SPRINGLS__CALL(springls__update_contours)
     SPRINGLS__END
-    SPRINGLS__IF(springls__contours_level_set)
+    SPRINGLS__IF(springls__updates_zero_level)
         SPRINGLS__CALL(springls__update_level_set_chunks)
     SPRINGLS__END
 SPRINGLS__END };

@@ -749,7 +749,7 @@ SPRINGLS__FN springls_status springls__remove_cut(springls_context *ctx)
     const springls__combination *c = ctx->step.combination;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, c->count));
     memcpy(springls__contract_action(&ctx->model), c->kept[0].data, (size_t)c->count);
-    ctx->model.grid.some_asleep = 0; /* or compacting would find who sleeps in vain: level_sets_combined does, and nothing asks before */
+    ctx->model.grid.some_asleep = 0; /* or compacting would find who sleeps in vain: find_awake does, and nothing asks before */
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, c->count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -796,9 +796,10 @@ SPRINGLS__FN springls_status springls__take_some(springls_context *ctx)
 SPRINGLS__FN springls_status springls__springls_taken(springls_context *ctx)
 {
     const springls__combination *c = ctx->step.combination;
+    const int keyed = ctx->keyed ? c->near_count : 0;
     springls__arguments args;
     int i;
-    for (i = 0; i < c->near_count && ctx->keyed; i++) { /* a triangle that was pulled may no longer be too large for a cell */
+    for (i = 0; i < keyed; i++) { /* a triangle that was pulled may no longer be too large for a cell */
         args.cell_key.first = springls__near_springls(c)[i];
         springls__cell_key_element(&ctx->model, args, 0);
     }

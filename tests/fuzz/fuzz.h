@@ -80,7 +80,29 @@ FIXTURE void fuzz_check_springls(springls_context *ctx)
     free(sorted);
 }
 
-/* Checks that phi is finite and clamped, and that the mesh of its zero level is closed and encloses what phi has inside. */
+/* Checks that the mesh is closed and finite. Returns whether it has triangles. */
+FIXTURE bool fuzz_check_mesh(springls_context *ctx, springls_contouring contouring)
+{
+    const springls_params before = springls_get_params(ctx);
+    springls_params params = before;
+    springls__mesh_report report;
+    springls_mesh mesh;
+    bool any;
+    int i;
+    params.contouring = contouring;
+    FUZZ_CHECK(springls_set_params(ctx, &params) == SPRINGLS_OK && springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK);
+    report = fixture_report(&mesh);
+    FUZZ_CHECK(report.boundary_edges == 0 && report.nonmanifold_edges == 0 && report.misoriented_edges == 0);
+    for (i = 0; i < mesh.vertex_count; i++) FUZZ_CHECK(mesh.springls[i] >= -1 && mesh.springls[i] < springls_count(ctx));
+    for (i = 0; i < 3 * mesh.vertex_count; i++)
+        FUZZ_CHECK(fabsf(mesh.positions[i]) < 1e12f && fabsf(mesh.normals[i]) < 1.1f && fabsf(mesh.correspondences[i]) < 1e12f);
+    any = mesh.triangle_count > 0;
+    springls_mesh_free(ctx, &mesh);
+    FUZZ_CHECK(springls_set_params(ctx, &before) == SPRINGLS_OK);
+    return any;
+}
+
+/* Checks that phi is finite and clamped, and that meshes are closed, that of its zero level around what phi has inside. */
 FIXTURE void fuzz_check_surface(springls_context *ctx)
 {
     const int *size = ctx->desc.grid.size;
@@ -88,9 +110,7 @@ FIXTURE void fuzz_check_surface(springls_context *ctx)
     const double unit = ctx->desc.grid.spacing[0] * ctx->desc.grid.spacing[1] * ctx->desc.grid.spacing[2];
     size_t i, voxels = (size_t)size[0] * (size_t)size[1] * (size_t)size[2], inside = 0;
     float *phi = (float *)malloc(voxels * sizeof *phi);
-    springls__mesh_report report;
     springls_measures measures;
-    springls_mesh mesh;
     bool done = false;
     springls_step_continue(ctx, HUGE_VAL, &done); /* phi of a step in progress may not have followed; the step may fail */
     FUZZ_CHECK(done && springls_measure(ctx, &measures) == SPRINGLS_OK);
@@ -100,16 +120,10 @@ FIXTURE void fuzz_check_surface(springls_context *ctx)
         inside += phi[i] < 0.0f;
     }
     free(phi);
-    FUZZ_CHECK(springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK);
-    report = fixture_report(&mesh);
-    FUZZ_CHECK(report.boundary_edges == 0 && report.nonmanifold_edges == 0 && report.misoriented_edges == 0);
-    for (i = 0; i < (size_t)mesh.vertex_count; i++) FUZZ_CHECK(mesh.springls[i] >= -1 && mesh.springls[i] < springls_count(ctx));
-    for (i = 0; i < 3 * (size_t)mesh.vertex_count; i++)
-        FUZZ_CHECK(fabsf(mesh.positions[i]) < 1e12f && fabsf(mesh.normals[i]) < 1.1f && fabsf(mesh.correspondences[i]) < 1e12f);
-    FUZZ_CHECK((mesh.triangle_count == 0) == (inside == 0));
+    FUZZ_CHECK(fuzz_check_mesh(ctx, SPRINGLS_CONTOURING_LEVEL_SET) == (inside > 0));
+    fuzz_check_mesh(ctx, SPRINGLS_CONTOURING_SPRINGLS);
     /* Each voxel of the surface is inside or outside as a whole; a unit of the surface crosses fewer than two. */
     if (unit == 1.0) FUZZ_CHECK(fabs(measures.volume - (double)inside) <= 1.0 + 2.0 * measures.area);
-    springls_mesh_free(ctx, &mesh);
 }
 
 /* Checks that a snapshot restores to the same state, whose snapshot has the same bytes. */

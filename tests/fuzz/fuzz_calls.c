@@ -149,7 +149,6 @@ static springls_step_desc any_step(bench *t, const springls_forces *forces)
     float displacement = fabsf(step.dt) * 2.0f * sqrtf(3.0f) * 2.0f; /* the largest that any_forces can make */
     step.max_displacement = fuzz_choice(&t->b, 4) ? displacement / MOST_SUB_STEPS + 0.5f : -1.0f;
     if (fuzz_choice(&t->b, 16) == 0) step.max_displacement = fuzz_float(&t->b, 0.3f, 3.0f);
-    if (fuzz_choice(&t->b, 16) == 0) step.max_displacement = 0.0f;
     step.one_to_one = fuzz_choice(&t->b, 6) == 0;
     step.stop_at_topology = fuzz_choice(&t->b, 6) == 0;
     step.stop_at_rest = fuzz_choice(&t->b, 6) == 0;
@@ -321,6 +320,7 @@ static springls_status chunks(bench *t)
     if (!t->chunks) {
         desc.tolerance = fuzz_float(&t->b, -0.1f, 0.5f);
         desc.correspondences = fuzz_choice(&t->b, 2);
+        desc.zero_level = false;
         return springls_chunks_create(t->ctx, &desc, &t->chunks);
     }
     switch (fuzz_choice(&t->b, 4)) {

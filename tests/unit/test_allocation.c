@@ -81,7 +81,7 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
 /* Steps in parts, what has changed after each, back to the start and on again. */
 static void frames(springls_context *ctx, const springls_step_desc *step, outcome *o)
 {
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     springls_chunks *chunks;
     const springls_chunk *changed;
     char *block = NULL;

@@ -89,7 +89,7 @@ TEST level_sets_are_finite(float bad)
 /* A function of any scale gives the same surface, and the distance to it. */
 TEST scale_does_not_matter(double scale)
 {
-    springls_context *ctx = fixture_context(SIZE, NULL);
+    springls_context *ctx = fixture_of_zero_level(fixture_context(SIZE, NULL));
     float phi[VOXELS], out[VOXELS];
     fixture_error error;
     double worst = 0.0;

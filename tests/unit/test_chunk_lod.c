@@ -74,7 +74,7 @@ static springls_status scene_begin(scene *s, springls_contouring contouring, pla
     springls_params params = springls_default_params();
     springls_forces forces = fixture_forces(twist, NULL);
     const springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     const springls_chunk *changed;
     springls_desc d;
     int i, count;

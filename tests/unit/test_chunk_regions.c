@@ -18,7 +18,7 @@ typedef enum shape_of { BALL, BOX, PLATE } shape_of;
 
 static springls_status scene_begin(scene *s, shape_of shape, const springls_desc *desc, bool correspondences)
 {
-    const springls_chunks_desc chunks = { 0.0f, correspondences };
+    const springls_chunks_desc chunks = { .correspondences = correspondences };
     springls_sphere ball = fixture_ball(31.3f, 31.7f, 32.1f, 17.0f);
     springls_box box = { { 31.3f, 31.7f, 32.1f }, { 16.0f, 13.0f, 10.0f } };
     memset(s, 0, sizeof *s);
@@ -146,7 +146,7 @@ TEST threads_and_budgets_change_nothing(void)
 /* Memory that runs out in an update leaves what was published: the next one is as if nothing had been. */
 TEST memory_may_run_out(void)
 {
-    const springls_chunks_desc desc = { 0.0f, true };
+    const springls_chunks_desc desc = { .correspondences = true };
     springls_desc d = contoured_desc();
     springls_chunks *other;
     fixture_heap heap;

@@ -93,7 +93,7 @@ static springls_status update(scene *s, int *count)
 /* Without a tolerance they are the mesh. */
 TEST exact_chunks_are_the_mesh(int mirrored)
 {
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     scene s;
     int i, count;
     ASSERT_OK(scene_begin(&s, &exact, mirrored));
@@ -101,6 +101,30 @@ TEST exact_chunks_are_the_mesh(int mirrored)
         ASSERT_OK(update(&s, &count));
         ASSERT_GT(count, 0);
         CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        ASSERT_OK(update(&s, &count));
+        ASSERT_EQ(0, count);
+        ASSERT_OK(springls_step(s.ctx, &s.step));
+    }
+    scene_end(&s);
+    PASS();
+}
+
+/* A consumer of the zero level has that, whatever the model's meshes are of. */
+TEST a_consumer_may_have_the_zero_level(void)
+{
+    const springls_chunks_desc exact = { .tolerance = -1.0f, .zero_level = true };
+    scene s;
+    int i, count;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    for (i = 0; i < 4; i++) {
+        springls_params params = springls_get_params(s.ctx);
+        ASSERT_OK(update(&s, &count));
+        ASSERT_GT(count, 0);
+        params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+        ASSERT_OK(springls_set_params(s.ctx, &params));
+        CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        params.contouring = contouring;
+        ASSERT_OK(springls_set_params(s.ctx, &params));
         ASSERT_OK(update(&s, &count));
         ASSERT_EQ(0, count);
         ASSERT_OK(springls_step(s.ctx, &s.step));
@@ -172,7 +196,7 @@ TEST what_rests_stays(void)
 /* Another model: chunks that are gone are listed, and afterwards all is the new one; and an empty one at last. */
 TEST chunks_come_and_go(void)
 {
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
     const springls_chunk *changed;
     scene s;
@@ -199,7 +223,7 @@ TEST chunks_come_and_go(void)
 TEST the_border_is_closed(void)
 {
     static float phi[SIZE * SIZE * SIZE];
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     scene s;
     int i, count;
     for (i = 0; i < SIZE * SIZE * SIZE; i++) phi[i] = (float)(i % SIZE) - 21.3f;
@@ -245,7 +269,7 @@ TEST has_material_of(springls_context *ctx, const springls_mesh *mesh, const spr
    so too: at sharp edges, and for bodies that stay two. */
 TEST material_is_that_of_the_mesh(int edges, int separate)
 {
-    const springls_chunks_desc desc = { -1.0f, true };
+    const springls_chunks_desc desc = { .tolerance = -1.0f, .correspondences = true };
     springls_params params = chosen_params();
     const springls_chunk *changed;
     springls_context *ctx;
@@ -268,7 +292,7 @@ TEST material_is_that_of_the_mesh(int edges, int separate)
 /* Correspondences and ids are the mesh's; and a ball that turns in its place changes them, though not its shape. */
 TEST material_comes_along(void)
 {
-    springls_chunks_desc desc = { -1.0f, true }, coarse = { 0.05f, true };
+    springls_chunks_desc desc = { .tolerance = -1.0f, .correspondences = true }, coarse = { .tolerance = 0.05f, .correspondences = true };
     const springls_chunk *changed;
     springls_mesh mesh;
     scene s;
@@ -294,7 +318,7 @@ TEST material_comes_along(void)
 TEST memory_may_run_out(void)
 {
     fixture_heap heap;
-    springls_chunks_desc exact = { -1.0f, true };
+    springls_chunks_desc exact = { .tolerance = -1.0f, .correspondences = true };
     int k, failed = 0;
     for (k = 0; k < 40; k++) {
         const springls_params params = chosen_params();
@@ -335,7 +359,7 @@ TEST memory_may_run_out(void)
 
 TEST wrong_arguments_are_told(void)
 {
-    springls_chunks_desc bad = { 0.6f, false };
+    springls_chunks_desc bad = { .tolerance = 0.6f };
     const springls_chunk *changed;
     springls_chunks *chunks;
     scene s;
@@ -359,7 +383,7 @@ TEST wrong_arguments_are_told(void)
 /* An update in pieces lists the same bytes as a whole one, and leaves the same state; also when phi has to follow lazy steps. */
 TEST an_update_in_pieces(int material)
 {
-    springls_chunks_desc desc = { 0.0f, material != 0 };
+    springls_chunks_desc desc = { .correspondences = material != 0 };
     const springls_chunk *changed, *expected;
     scene whole, cut;
     int i, count, expected_count, calls = 0;
@@ -398,7 +422,7 @@ TEST an_update_in_pieces(int material)
 /* The hash of a model whose chunks are half made is that of the model, and it goes on as one that was not hashed. */
 TEST hashing_halfway_changes_nothing(int calls)
 {
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     const springls_chunk *changed, *expected;
     scene whole, cut;
     int i, count, expected_count;
@@ -428,7 +452,7 @@ TEST hashing_halfway_changes_nothing(int calls)
 /* What else is called halfway loses nothing: the consumer's chunks are the zero level at last. */
 TEST an_update_that_is_interrupted(int calls)
 {
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
     const springls_chunk *changed;
     springls_chunks *other;
@@ -462,7 +486,7 @@ TEST an_update_that_is_interrupted(int calls)
 /* A consumer that goes on while contouring changes has the mesh of either, and none of the other is left. */
 TEST contouring_may_change(void)
 {
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     springls_params params = chosen_params();
     springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
     scene s;
@@ -491,7 +515,7 @@ TEST contouring_may_change(void)
    mesh of the other contouring. */
 TEST contouring_may_change_halfway(void)
 {
-    springls_chunks_desc exact = { -1.0f, false };
+    springls_chunks_desc exact = { .tolerance = -1.0f };
     springls_params params = chosen_params();
     const springls_contouring other =
         contouring == SPRINGLS_CONTOURING_SPRINGLS ? SPRINGLS_CONTOURING_LEVEL_SET : SPRINGLS_CONTOURING_SPRINGLS;
@@ -538,7 +562,7 @@ static bool shows(const springls_chunk *chunk, uint32_t id)
 /* Another id of a springl is told to every chunk that shows it, not to that of its particle alone. */
 TEST ids_reach_across_borders(void)
 {
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     const springls_chunk *changed;
     scene s;
     int i, k, count, showing, now, across = 0;
@@ -581,6 +605,7 @@ static void run_all(springls_contouring of)
     contouring = of;
     RUN_AS("upright", exact_chunks_are_the_mesh, 0);
     RUN_AS("mirrored", exact_chunks_are_the_mesh, 1);
+    RUN(a_consumer_may_have_the_zero_level);
     RUN(a_push_changes_what_it_touches);
     RUN(what_rests_stays);
     RUN(chunks_come_and_go);

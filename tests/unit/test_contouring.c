@@ -187,7 +187,7 @@ static uint64_t triangle_hash(const float *a, const float *b, const float *c)
 /* Chunks without a tolerance have the triangles of the mesh, each once, to the bit, with its vertices' normals. */
 TEST chunks_are_the_mesh(springls_context *ctx, const springls_mesh *mesh)
 {
-    const springls_chunks_desc exact = { -1.0f, false };
+    const springls_chunks_desc exact = { .tolerance = -1.0f };
     const springls_chunk *chunk;
     springls_chunks *chunks;
     uint64_t of_mesh = 0, of_chunks = 0;

@@ -91,7 +91,7 @@ TEST paint_marks_chunks(springls_contouring contouring)
     springls_params params = springls_default_params();
     springls_context *ctx;
     springls_attribute_desc desc = { "rgb", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY };
-    springls_chunks_desc wanted = { 0.0f, true };
+    springls_chunks_desc wanted = { .correspondences = true };
     const springls_chunk *changed;
     springls_chunks *chunks;
     float *rgb;

@@ -597,7 +597,7 @@ TEST refusals_give_the_range(void)
     const int triangle[3] = { 0, 1, 2 };
     springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 1.0f);
     springls_attribute_desc attribute = { "heat", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
-    springls_chunks_desc chunks_desc = { 0.7f, false };
+    springls_chunks_desc chunks_desc = { .tolerance = 0.7f };
     springls_forces forces = springls_default_forces();
     springls_chunks *chunks;
     springls_hit hit;

@@ -9,10 +9,10 @@ static const int size = 32;
 
 static springls_context *make(int shape)
 {
-    return shape == SPHERE   ? fixture_sphere(size, NULL, 15.5f, 15.3f, 15.1f, 8.0f)
-           : shape == TORUS ? fixture_torus(size, NULL, 9.0f, 4.0f)
-           : shape == BOX   ? fixture_box(size, NULL, 7.3f)
-                            : fixture_sphere(size, NULL, 2.0f, 15.5f, 29.0f, 8.0f);
+    return fixture_of_zero_level(shape == SPHERE  ? fixture_sphere(size, NULL, 15.5f, 15.3f, 15.1f, 8.0f)
+                                 : shape == TORUS ? fixture_torus(size, NULL, 9.0f, 4.0f)
+                                 : shape == BOX   ? fixture_box(size, NULL, 7.3f)
+                                                  : fixture_sphere(size, NULL, 2.0f, 15.5f, 29.0f, 8.0f));
 }
 
 static d3 at(const float *values, int i)
@@ -125,7 +125,7 @@ TEST border_is_closed(void)
    the model has moved away. Where there are no springls it has none and is its own correspondence. */
 TEST vertices_have_springl_and_correspondence(void)
 {
-    springls_context *ctx = fixture_sphere(size, NULL, 12.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *ctx = fixture_of_zero_level(fixture_sphere(size, NULL, 12.5f, 15.5f, 15.5f, 8.0f));
     float wind[3] = { 3.0f, 1.0f, -0.5f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
@@ -201,6 +201,7 @@ TEST mesh_is_in_the_world(int uniform, int mirror)
     d3 center;
     int i;
     ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT(fixture_of_zero_level(ctx) != NULL);
     springls_to_world(ctx, middle, 1, sphere.center);
     sphere.radius = (float)radius;
     center = at(sphere.center, 0);
@@ -233,6 +234,7 @@ TEST soup_is_the_springls(int mirror)
     springls_mesh soup;
     int i, m;
     ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT(fixture_of_zero_level(ctx) != NULL);
     springls_to_world(ctx, middle, 1, sphere.center);
     sphere.radius = 6.0f;
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
@@ -272,6 +274,7 @@ TEST surfels_cover_their_springls(int uniform)
     float *surfels;
     int i, m;
     ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT(fixture_of_zero_level(ctx) != NULL);
     springls_to_world(ctx, middle, 1, sphere.center);
     sphere.radius = 6.0f;
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));

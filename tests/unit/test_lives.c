@@ -982,7 +982,7 @@ static void check_chunks(random_life *l)
 {
     static struct { int brick[3], triangles; } known[4096];
     static int count;
-    const springls_chunks_desc desc = { -1.0f, true };
+    const springls_chunks_desc desc = { .tolerance = -1.0f, .correspondences = true };
     const springls_chunk *changed;
     springls_mesh mesh;
     int i, k, n, triangles = 0;

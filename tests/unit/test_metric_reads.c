@@ -105,7 +105,7 @@ TEST voxels_stay_voxels(int grid)
 TEST chunks_are_the_worlds(int grid)
 {
     springls_context *ctx = ball_on(grid, NULL, 16.0f);
-    springls_chunks_desc desc = { -1.0f, true };
+    springls_chunks_desc desc = { .tolerance = -1.0f, .correspondences = true };
     springls_chunks *whole, *pieces;
     const springls_chunk *list, *parts = NULL;
     int count, part_count = 0, i, k, v, t, fine = 0, coarse = 0;
@@ -348,7 +348,7 @@ TEST attributes_are_the_worlds(int grid)
 {
     static const springls_attribute_desc desc = { "place", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND };
     springls_context *ctx = ball_on(grid, NULL, 12.0f);
-    springls_chunks_desc consumer = { -1.0f, true };
+    springls_chunks_desc consumer = { .tolerance = -1.0f, .correspondences = true };
     springls_chunks *chunks;
     const springls_chunk *list;
     springls_mesh mesh;

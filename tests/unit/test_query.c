@@ -254,7 +254,7 @@ static springls_context *world_sphere(double sx, double sy, double sz)
 
 TEST sampling_in_the_world(void)
 {
-    springls_context *ctx = world_sphere(0.5, 0.5, 0.5);
+    springls_context *ctx = fixture_of_zero_level(world_sphere(0.5, 0.5, 0.5));
     int i, k;
     ASSERT(ctx != NULL);
     for (i = 0; i < 500; i++) {

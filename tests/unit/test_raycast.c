@@ -68,7 +68,8 @@ static springls_context *make_body(body which, const springls_tasks *tasks)
     if (tasks) desc.tasks = *tasks;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return NULL;
     springls_to_world(ctx, middle, 1, center);
-    if (set_body(ctx, which, center) == SPRINGLS_OK && (which == AT_BORDER || turn(ctx, 6) == SPRINGLS_OK)) return ctx;
+    if (set_body(ctx, which, center) == SPRINGLS_OK && (which == AT_BORDER || turn(ctx, 6) == SPRINGLS_OK))
+        return fixture_of_zero_level(ctx);
     springls_destroy(ctx);
     return NULL;
 }

@@ -21,7 +21,7 @@ static springls_status read_all(springls_context *ctx)
 {
     const float points[6] = { 14.0f, 23.5f, 23.5f, 30.0f, 20.0f, 23.5f }, directions[6] = { 1.0f, 0.0f, 0.0f, -1.0f, 0.0f, 0.0f };
     springls_error_estimate *errors = (springls_error_estimate *)malloc((size_t)springls_count(ctx) * sizeof *errors);
-    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks_desc desc = { .correspondences = true };
     springls_chunks *chunks;
     const springls_chunk *changed;
     int count;
@@ -107,6 +107,7 @@ TEST components_are_of_the_present_level_set(void)
     springls_measures m;
     size_t i;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     params.evolve_iterations = 4;
     ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
     for (i = 0; i < sizeof stages / sizeof *stages; i++) {
@@ -136,6 +137,7 @@ TEST reading_components_changes_nothing_later(void)
     const springls_event *events;
     int i, k, count[2];
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     for (k = 0; k < 2; k++) {
         springls_sphere cut = fixture_ball(15.5f, 15.5f, 15.5f, 4.0f);
         ctx[k] = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 9.0f);
@@ -186,6 +188,7 @@ TEST writing_changes_no_ids(int ask)
     springls_context *ctx;
     int count;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     ctx = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
     ASSERT_OK(springls_components(ctx, &components, &count));
     ASSERT_EQ(1, components[0].id);
@@ -215,6 +218,7 @@ TEST masks_change_no_ids(void)
     float *p;
     int count, i;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     ctx = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
     ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));
     ASSERT_OK(springls_components(ctx, &components, &count));
@@ -249,6 +253,7 @@ TEST following_ends_as_if_asked(void)
     int k, count;
     for (k = 0; k < 2; k++) {
         params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
         ctx[k] = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
         ASSERT_OK(springls_components(ctx[k], &components, &count));
         ASSERT_OK(springls_combine_implicit(ctx[k], SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));

@@ -229,7 +229,7 @@ TEST extremes_are_closed(void)
 {
     int k, i;
     for (k = 0; k < 2; k++) {
-        springls_context *ctx = fixture_context(12, NULL);
+        springls_context *ctx = fixture_of_zero_level(fixture_context(12, NULL));
         float phi[12 * 12 * 12];
         springls_measures measures;
         for (i = 0; i < 12 * 12 * 12; i++) phi[i] = k ? (i == 5 + 12 * (6 + 12 * 7) ? -0.5f : 0.5f) : -5.0f;

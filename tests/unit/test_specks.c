@@ -66,6 +66,7 @@ TEST parts_are_measured(int bubbles)
     springls_params params = springls_default_params();
     int compared = 0, seed;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     for (seed = 1; seed <= 3; seed++) {
         specks s = any_specks(seed, bubbles);
         springls_context *ctx = fixture_context(SIZE, &params);
@@ -105,6 +106,7 @@ TEST small_parts_are_removed(int bubbles)
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int seed;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     for (seed = 1; seed <= 3; seed++) {
         specks s = any_specks(seed, bubbles);
         springls_context *ctx = fixture_context(SIZE, &params);
@@ -145,6 +147,7 @@ TEST thin_parts_are_removed(float radius, int stays)
     const springls_component *parts;
     int count;
     params.components = 1;
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     ctx = fixture_context(SIZE, &params);
     ASSERT_OK(springls_set_implicit(ctx, thread_and_ball, &radius));
     ASSERT_OK(springls_components(ctx, &parts, &count));

@@ -31,6 +31,7 @@ static springls_status out_and_back(const springls_params *p, outcome *out)
     int i, count;
     memset(out, 0, sizeof *out);
     memset(&m, 0, sizeof m);
+    fixture_of_zero_level(ctx);
     springls_measure(ctx, &first);
     for (i = 1; i <= STEPS && status == SPRINGLS_OK; i++) {
         status = springls_step(ctx, &step);

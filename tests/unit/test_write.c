@@ -83,7 +83,7 @@ static d3 center_of_mass(springls_context *ctx, double *volume)
 /* Springls are where they have been put; the level set stays until the next step, and then is there too. */
 TEST the_level_set_follows(int parts)
 {
-    springls_context *ctx = fixture_sphere(32, NULL, 13.3f, 15.2f, 15.6f, 8.0f);
+    springls_context *ctx = fixture_of_zero_level(fixture_sphere(32, NULL, 13.3f, 15.2f, 15.6f, 8.0f));
     int i, k, count = springls_count(ctx);
     double volume, before;
     d3 old = center_of_mass(ctx, &before), now;
@@ -138,7 +138,7 @@ TEST tools_follow_first(void)
 /* Motion adds up until phi follows; beyond the band phi is made anew. */
 TEST motion_adds_up(void)
 {
-    springls_context *ctx = fixture_sphere(32, NULL, 11.0f, 15.5f, 15.5f, 6.0f);
+    springls_context *ctx = fixture_of_zero_level(fixture_sphere(32, NULL, 11.0f, 15.5f, 15.5f, 6.0f));
     int count = springls_count(ctx);
     double volume, before;
     d3 old = center_of_mass(ctx, &before), now;
