@@ -14737,15 +14737,15 @@ SPRINGLS__FN void springls__move_springls(springls_context *ctx, int to, int fro
 SPRINGLS__FN springls_status springls__drop_in_place(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    const uint8_t *action = springls__contract_action(&ctx->model), *removed;
-    int from, end, n;
+    const uint8_t *action = springls__contract_action(&ctx->model);
+    int from, end, n = 0;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS | SPRINGLS__BIT(KEY)));
-    removed = (const uint8_t *)memchr(action, SPRINGLS__REMOVE, (size_t)count);
-    for (n = from = removed ? (int)(removed - action) : count; from < count; n += end - from, from = end) {
-        while (from < count && action[from] == SPRINGLS__REMOVE) from++;
-        removed = from < count ? (const uint8_t *)memchr(action + from, SPRINGLS__REMOVE, (size_t)(count - from)) : NULL;
-        end = removed ? (int)(removed - action) : count;
-        if (from < end) springls__move_springls(ctx, n, from, end - from);
+    for (from = 0; from < count; from = end) { /* a run of springls that all go, or all stay */
+        const bool goes = action[from] == SPRINGLS__REMOVE;
+        for (end = from + 1; end < count && (action[end] == SPRINGLS__REMOVE) == goes; end++) continue;
+        if (goes) continue;
+        if (from > n) springls__move_springls(ctx, n, from, end - from);
+        n += end - from;
     }
     ctx->keyed = ctx->keyed == count ? n : 0;
     ctx->model.set.count = n;
