@@ -8,7 +8,7 @@
 
 struct mesh_followed {
     springls_mesh_report report; /* of springls_set_mesh */
-    double area;                 /* share of the mesh's area that has the model's surface within `distance` of springls_mesh_followed */
+    double area;                 /* share of the mesh's area that has the model's surface within `distance` of mesh_followed */
     double within;               /* share of the area that is further inside the model: covered by it, as where parts overlap */
     double volume;               /* the model's over the mesh's; 0: the mesh is not closed, and has none */
     int bodies;                  /* of the model, and cavities: more than the mesh's parts where one has fallen apart */
@@ -21,9 +21,9 @@ struct mesh_followed {
 springls_status mesh_followed(springls_context *ctx, const float *positions, int position_count, const int *triangles,
                               int triangle_count, float distance, struct mesh_followed *followed);
 
-/* Finds how much of a closed mesh a result follows that was extracted from the model set from it: of a needle or a plate of a voxel,
- * springls hold more than the model's zero level, and their mesh takes less time. An open mesh is judged by the model: along sheets that
- * enclose nothing the result has rubble. followed->report: of springls_set_mesh. Fails as mesh_followed does. */
+/* Finds the same by `result`, the mesh that was extracted from the model: it takes less time than the model, and has needles and plates
+ * that the model's zero level lacks. Where the mesh is open the model is asked instead: along sheets that enclose nothing the result has
+ * rubble. followed->report: of springls_set_mesh. Fails as mesh_followed does. */
 springls_status mesh_followed_by_mesh(springls_context *ctx, const float *positions, const int *triangles, int triangle_count,
                                       float distance, const springls_mesh *result, struct mesh_followed *followed);
 
